@@ -12,8 +12,8 @@ import numpy as np
 from mechdae.describe.dimensions import parameter_units
 from mechdae.describe.file.load import from_dict
 from mechdae.describe.file.problem import Problem
-from mechdae.describe.units import units_of
 from mechdae.describe.tasks.kinds import Driver, Modes, Sweep
+from mechdae.describe.units import units_of
 from mechdae.errors import InputError
 from mechdae.motion.assembly.assembler import Assembler
 from mechdae.motion.assembly.closure import NoPose

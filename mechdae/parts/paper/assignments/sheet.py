@@ -187,7 +187,7 @@ def _driven(subject: Subject, driver: Driver, values: Mapping[str, float], say: 
     name = driver.coordinate
     angle = subject.result.unit("drivers", name, "position") == "rad"
 
-    def given(number: Any) -> str:
+    def given(number: float | str) -> str:
         return amount(evaluate(number, values), "rad" if angle else "m", say)
 
     rate = amount(evaluate(driver.usual_speed, values), "rad/s" if angle else "m/s", say)

@@ -124,7 +124,7 @@ def _in_russian(node: object) -> object:
     return Wording(unit_in_russian(node.text)) if isinstance(node, Wording) else node
 
 
-def _changed(node: Any, change: Callable[[object], object]) -> Any:
+def _changed(node: object, change: Callable[[object], object]) -> Any:
     """Return a part of a document with what is in it changed."""
     if isinstance(node, tuple):
         return tuple(_changed(inner, change) for inner in node)
