@@ -54,6 +54,20 @@ def test_interface_for_embedding(opened):
     assert "b = 0.125" in page.evaluate("mechdae.toml()")
 
 
+def test_fields_of_drivers_show_and_read_a_decimal_comma(browser, tmp_path):
+    said: list[str] = []
+    page = browser.new_page()
+    page.on("console", lambda message: said.append(message.text))
+    page.goto(f"file://{md.page('five-bar-robot', 'circle', lang='ru').save(tmp_path / 'p.html')}")
+    field = page.locator("#dimensions fieldset input[type=text]").first
+    field.fill("60,5")
+    field.blur()
+    until(page, "document.querySelector('#dimensions fieldset input[type=text]').value === '60,5'")
+    assert page.evaluate("mechdae.pose().points['tip.P'].position[0]") == pytest.approx(0.0605)
+    assert said == []
+    page.close()
+
+
 def test_the_bound_is_told_in_the_units_of_the_page(browser, tmp_path):
     """Where lengths are inches and angles radians, so is how far they may be off."""
     made = md.page("four-bar-crank-rocker", "turn", units="in,rad")

@@ -85,7 +85,20 @@ SMALL = """() => [...document.querySelectorAll('button, select, input, a')].filt
   return area.width > 0 && (area.height < 24 || area.width < 24);
 }).map((own) => own.getAttribute('aria-label') || own.textContent || own.type)"""
 WIDE = "() => document.documentElement.scrollWidth - document.documentElement.clientWidth"
+COUNT = """(seconds) => new Promise((done) => {
+  const begun = performance.now();
+  let frames = 0;
+  const next = (now) => {
+    if (now - begun >= 1000 * seconds) { done(frames); return; }
+    frames += 1;
+    requestAnimationFrame(next);
+  };
+  requestAnimationFrame(next);
+})"""
 FRAMES = 48
+MIDDLE_AND_MOST = (statistics.median, max)
+SMALL_LINKS = 8
+"""Links with the ground up to which 60 frames a second are aimed at."""
 
 
 class Visit:
@@ -130,8 +143,28 @@ class Visit:
         found["change_ms"] = None if change is None else round(change, 1)
         found["frames"] = round(page.evaluate(DRAG, 1.2), 1)
         page.wait_for_timeout(200)
+        found |= self.played(2.0)
         found["letters"] = round(page.evaluate(LETTERS, FRAMES), 3)
         return found
+
+    def played(self, seconds: float) -> dict[str, float]:
+        """Return frames a second of Play, and processor time of the main thread in each."""
+        page, session = self.page, self.page.context.new_cdp_session(self.page)
+        session.send("Performance.enable", {"timeDomain": "threadTicks"})
+
+        def spent() -> dict[str, float]:
+            found = session.send("Performance.getMetrics")["metrics"]
+            return {own["name"]: 1000 * own["value"] for own in found}
+
+        play = page.locator("#drive button").first
+        play.click()
+        page.wait_for_timeout(500)
+        before, count, after = spent(), page.evaluate(COUNT, seconds), spent()
+        play.click()
+        session.detach()
+        kinds = {"frame_ms": "TaskDuration", "script_ms": "ScriptDuration"}
+        each = {key: (after[name] - before[name]) / count for key, name in kinds.items()}
+        return {key: round(value, 2) for key, value in each.items()} | {"played": count / seconds}
 
     def shapes(self) -> dict[str, Any]:
         """Look at it in the dark and on phones; return what is too wide or too small there."""
@@ -143,7 +176,8 @@ class Visit:
             page.set_viewport_size({"width": width, "height": 844})
             page.wait_for_timeout(60)
             found[f"too_wide_{width}"] = page.evaluate(WIDE)
-        found["small"] = page.evaluate(SMALL)
+        tabs = page.locator("[role=tab]").all()
+        found["small"] = [text for tab in tabs for text in (tab.click(), page.evaluate(SMALL))[1]]
         self.look("phone")
         page.close()
         return found
@@ -156,7 +190,8 @@ def measured(
     made = md.page(name)
     file = made.save(folder / f"{name}.html")
     visit = Visit(browser, file, "en", axe, pictures)
-    found = {"bytes": file.stat().st_size, **visit.measure()}
+    links = 1 + len(made.data["scene"]["bodies"])
+    found = {"bytes": file.stat().st_size, "links": links, **visit.measure()}
     visit.look("light")
     found |= visit.shapes()
     russian = Visit(browser, md.page(name, lang="ru").save(file), "ru", axe, pictures)
@@ -188,6 +223,7 @@ def edited(browser: Any, folder: Path, axe: str | None, pictures: Path | None) -
 def summed(table: dict[str, Any], version: str) -> dict[str, Any]:
     """Return the figures of all pages."""
     live = [own for own in table.values() if own.get("live")]
+    small = [own for own in live if own.get("links", SMALL_LINKS + 1) <= SMALL_LINKS]
     changed = [own["change_ms"] for own in live if own["change_ms"] is not None]
     return {
         "browser": version,
@@ -199,10 +235,13 @@ def summed(table: dict[str, Any], version: str) -> dict[str, Any]:
         "median_interactive_ms": statistics.median(own["interactive_ms"] for own in live),
         "median_change_ms": statistics.median(changed),
         "median_frames": statistics.median(own["frames"] for own in live),
+        "small": len(small),
+        "small_frame_ms": [round(of([p["frame_ms"] for p in small]), 1) for of in MIDDLE_AND_MOST],
+        "small_played": statistics.median(own["played"] for own in small),
         "letters": round(statistics.mean(own["letters"] for own in live), 4),
         "said": sum(len(own["said"]) for own in table.values()),
         "too_wide": [n for n, own in table.items() if own["too_wide_320"] or own["too_wide_390"]],
-        "small": sorted({text for own in table.values() for text in own["small"]}),
+        "too_small": sorted({text for own in table.values() for text in own["small"]}),
         "axe": sum(len(ids) for own in table.values() for ids in own.get("axe", {}).values()),
     }
 

@@ -1,4 +1,5 @@
 /** Controls of several drivers: which one the curves are drawn over, and a slider for each. */
+import { numberIn } from "./made.js";
 import { digits, displayed, quantity } from "./units.js";
 
 export class Several {
@@ -17,8 +18,8 @@ export class Several {
       const reach = turns ? Math.PI : size;
       const range = made("input", { type: "range", min: begin[k] - reach, max: begin[k] + reach, step: "any", value: begin[k], "aria-label": name,
         oninput: () => app.want({ driver: [k, Number(range.value)] }) });
-      const field = made("input", { type: "number", step: "any", "aria-label": `${name} [${shown}]`,
-        onchange: () => app.want({ driver: [k, Number(field.value) / factor] }) });
+      const field = made("input", { type: "text", inputmode: "decimal", "aria-label": `${name} [${shown}]`,
+        onchange: () => app.want({ driver: [k, numberIn(field.value) / factor] }) });
       const note = made("span", { class: "note", hidden: true });
       box.append(made("div", { class: "row" }, made("label", {}, name), range, field, made("span", { class: "unit" }, shown), note));
       return { range, field, note, factor, unit };
