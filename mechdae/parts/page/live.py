@@ -39,7 +39,7 @@ class PrintedKernels:
     """Functions by their operations, and where each has its inputs and outputs."""
 
     functions: dict[str, Operations]
-    layout: dict[str, Any]
+    layout: Json
 
     @property
     def text(self) -> str:

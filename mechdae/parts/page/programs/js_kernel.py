@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any
 
 from mechdae.errors import UnavailableError
 from mechdae.parts.page import link, live
@@ -13,6 +12,7 @@ from mechdae.parts.page import page_drivers as ways
 from mechdae.parts.page.programs.javascript import NotPrintable
 from mechdae.parts.page.programs.kernel_functions import KernelSource, head_lines, kernel_source
 from mechdae.tasks import ExportedMotion
+from mechdae.types import Json
 
 TAIL = Path(__file__).with_name("mechanism.js")
 """What is put behind kernels and path: the class that is exported."""
@@ -46,7 +46,7 @@ def js(motion: ExportedMotion) -> dict[str, str]:
     return {"": text}
 
 
-def _data(source: KernelSource, layout: dict[str, Any]) -> dict[str, Any]:
+def _data(source: KernelSource, layout: Json) -> Json:
     entries = [
         {
             "kind": column.kind,
@@ -70,7 +70,7 @@ def _data(source: KernelSource, layout: dict[str, Any]) -> dict[str, Any]:
     }
 
 
-def _way(source: KernelSource) -> dict[str, Any]:
+def _way(source: KernelSource) -> Json:
     """Return the drivers, what the first pose lies on, and what the path begins with."""
     start = live.numbers_of(source.setting, source.run)
     drivers = [asdict(driver) | {"turns": driver.unit == "rad"} for driver in source.drivers]
