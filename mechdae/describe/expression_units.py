@@ -13,6 +13,7 @@ from typing import Any
 from mechdae.describe.coordinates import split_rate, unit_of
 from mechdae.describe.expression import CONSTANTS, dotted, parse
 from mechdae.describe.mechanism import Mechanism
+from mechdae.describe.named import force_unit
 from mechdae.describe.units import BASES, NONE, Powers, fits, powers_of, text_of
 from mechdae.errors import MechdaeError
 
@@ -169,7 +170,7 @@ class Reader:
         if name in self.mechanism.parameters:
             return self.known.get(name)
         base, order = split_rate(name)
-        unit = unit_of(self.mechanism, base)
+        unit = unit_of(self.mechanism, base) or force_unit(self.mechanism, name)
         if unit is None:
             return None
         return powers_of(unit if not order else f"{unit}/s{order if order > 1 else ''}")

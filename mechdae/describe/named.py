@@ -1,7 +1,7 @@
-"""Named outputs: expressions of coordinates, their rates, parameters and the time.
+"""Named outputs: expressions of coordinates, their rates, forces, parameters and the time.
 
-``Theta = "K2.angle - K1.angle"``, ``v = "slide.slide.speed"``; one named output may use
-another one.
+``Theta = "K2.angle - K1.angle"``, ``v = "slide.slide.speed"``, ``gain = "F/cyl.effort"``; one named
+output may use another one.
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from mechdae.describe.coordinate_names import coordinate_names
-from mechdae.describe.coordinates import RATES, split_rate
+from mechdae.describe.coordinates import RATES, NamedCoordinate, coordinate, split_rate
 from mechdae.describe.expression import names_in
 from mechdae.describe.mechanism import Mechanism
 from mechdae.describe.values import NAME, NAME_RULE
@@ -25,28 +25,73 @@ COMPONENTS = {
 """
 
 
-def is_reaction(mechanism: Mechanism, name: str) -> bool:
-    """Return whether a name is a component of a joint's reaction, ``B.reaction.x``."""
-    parts = name.split(".")
-    return (
-        len(parts) == 3
-        and parts[0] in mechanism.joints
-        and parts[1] == "reaction"
-        and parts[2] in COMPONENTS[mechanism.dimension]
+FORCES = {"effort": "N", "power": "W", "normal": "N", "loss": "W"}
+"""Last words of forces beside reactions: of coordinates that are driven, then of joints."""
+
+
+def named_coordinate(mechanism: Mechanism, name: str) -> NamedCoordinate:
+    """Return the coordinate of that name; a body stands for its angle, a joint for its slide."""
+    if name in mechanism.bodies:
+        name = f"{name}.angle"
+    elif name in mechanism.joints:
+        name = f"{name}.{mechanism.joints[name].usual}"
+    return coordinate(mechanism, name)
+
+
+def force_of(mechanism: Mechanism, name: str) -> tuple[str, str, str] | None:
+    """Return what a name means among forces, None for others.
+
+    ``B.reaction.x`` is ("reaction", "B", "x"), ``B.loss`` and ``guide.normal`` are of joints,
+    ``cyl.effort`` and ``cyl.power`` of the coordinate ``cyl.slide``.
+    """
+    base, _, word = name.rpartition(".")
+    joint = base.removesuffix(".reaction")
+    if joint != base:
+        known = joint in mechanism.joints and word in COMPONENTS[mechanism.dimension]
+        return ("reaction", joint, word) if known else None
+    if word in ("normal", "loss"):
+        return (word, base, "") if base in mechanism.joints else None
+    if word in ("effort", "power"):
+        try:
+            return word, named_coordinate(mechanism, base).text, ""
+        except MechdaeError:
+            return None
+    return None
+
+
+def force_unit(mechanism: Mechanism, name: str) -> str | None:
+    """Return the unit of a force's name, None for others."""
+    force = force_of(mechanism, name)
+    if force is None:
+        return None
+    word, owner, axis = force
+    turns = axis.startswith("moment") or (
+        word == "effort" and coordinate(mechanism, owner).is_angle
     )
+    return "N m" if turns else FORCES.get(word, "N")
 
 
-def reactions_of(mechanism: Mechanism, output: str) -> list[str]:
-    """Return the components of reactions that a named output uses."""
-    return sorted(n for n in names_of(mechanism, output) if is_reaction(mechanism, n))
+def forces_of(mechanism: Mechanism, output: str) -> list[str]:
+    """Return the forces that a named output, or an expression, uses."""
+    return sorted(n for n in names_of(mechanism, output) if force_of(mechanism, n))
+
+
+def force_names(mechanism: Mechanism) -> list[str]:
+    """Return the names of all forces."""
+    found = [f"{name}.{word}" for name in mechanism.joints for word in ("normal", "loss")]
+    words = COMPONENTS[mechanism.dimension]
+    found += [f"{name}.reaction.{word}" for name in mechanism.joints for word in words]
+    driven = [*mechanism.bodies, *(n for n, j in mechanism.joints.items() if j.coordinates)]
+    return found + [f"{name}.{word}" for name in driven for word in ("effort", "power")]
 
 
 def names_of(mechanism: Mechanism, output: str) -> set[str]:
-    """Return the names a named output uses, those of the outputs it refers to included."""
+    """Return the names an output or an expression uses, those of outputs in it included."""
     result: set[str] = set()
     front, seen = [output], {output}
     while front:
-        for name in names_in(mechanism.outputs[front.pop()]):
+        text = front.pop()
+        for name in names_in(mechanism.outputs.get(text, text)):
             if name not in mechanism.outputs:
                 result.add(name)
             elif name not in seen:
@@ -59,16 +104,17 @@ def coordinates_of(mechanism: Mechanism, output: str) -> dict[str, int]:
     """Return the coordinates a named output uses, each with the highest order of its rates."""
     orders: dict[str, int] = {}
     for name in sorted(names_of(mechanism, output) - set(mechanism.parameters) - {TIME}):
-        if is_reaction(mechanism, name):
+        force = force_of(mechanism, name)
+        if force is not None and force[0] != "power":
             continue
-        base, order = split_rate(name)
+        base, order = (force[1], 1) if force is not None else split_rate(name)
         orders[base] = max(order, orders.get(base, 0))
     return orders
 
 
 def bodies_of(mechanism: Mechanism, outputs: Iterable[str]) -> set[str]:
     """Return the bodies (the ground too) that named outputs depend on."""
-    names = [name for output in outputs for name in reactions_of(mechanism, output)]
+    names = [name for output in outputs for name in forces_of(mechanism, output)]
     names += [base for output in outputs for base in coordinates_of(mechanism, output)]
     parts = {name.split(".")[0] for name in names}
     return {
@@ -78,12 +124,10 @@ def bodies_of(mechanism: Mechanism, outputs: Iterable[str]) -> set[str]:
     }
 
 
-def check_expression(
-    mechanism: Mechanism, text: object, place: str, reactions: bool = False
-) -> None:
+def check_expression(mechanism: Mechanism, text: object, place: str, forces: bool = False) -> None:
     """Raise for an expression with names that are no parameter, coordinate, rate or time.
 
-    ``reactions`` are allowed in outputs.
+    ``forces`` are allowed in outputs.
     """
     if not isinstance(text, str):
         return
@@ -95,12 +139,13 @@ def check_expression(
                 )
             if used == TIME or used in mechanism.parameters or used in mechanism.outputs:
                 continue
-            if reactions and is_reaction(mechanism, used):
+            if forces and force_of(mechanism, used):
                 continue
             if split_rate(used)[0] not in coordinate_names(mechanism):
                 known = [*mechanism.parameters, *mechanism.outputs, *coordinate_names(mechanism)]
                 rates = [name + rate for name in coordinate_names(mechanism) for rate in RATES]
-                raise UnknownName("name", used, [*known, *rates, TIME])
+                words = force_names(mechanism) if forces else []
+                raise UnknownName("name", used, [*known, *rates, TIME, *words])
     except MechdaeError as problem:
         raise problem.inside(place) from None
 
@@ -120,7 +165,7 @@ def check_outputs(mechanism: Mechanism) -> None:
             raise InputError(f"'{shorten(name, 30)}' is {reason}", where=place, hint=NAME_RULE)
         if not isinstance(text, str):
             raise InputError("an expression in quotes is needed", where=place)
-        check_expression(mechanism, text, place, reactions=True)
+        check_expression(mechanism, text, place, forces=True)
     for name in mechanism.outputs:
         _check_circle(mechanism, name)
 

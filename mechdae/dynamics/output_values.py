@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
 import casadi as ca
@@ -10,7 +10,8 @@ import numpy as np
 
 from mechdae.describe.coordinates import RATES, Selection, coordinate, selection, split_rate
 from mechdae.describe.expression import build, names_in
-from mechdae.describe.named import COMPONENTS, TIME, reactions_of
+from mechdae.describe.mechanism import Mechanism
+from mechdae.describe.named import COMPONENTS, TIME, force_of, forces_of
 from mechdae.dynamics.equations import MotionProblem
 from mechdae.equations.forces.loads import Loads
 from mechdae.equations.model import FUNCTIONS, Model
@@ -56,21 +57,18 @@ def over_states(
     return SX(build(text, known, FUNCTIONS))
 
 
-class WithReactions:
-    """Named outputs that use reactions, at states."""
+class WithForces:
+    """Named outputs that use forces, at states."""
 
     def __init__(self, model: Model, loads: Loads, names: Iterable[str]) -> None:
         mechanism = model.mechanism
         self.names = list(names)
-        self.joints = list(mechanism.joints)
-        words = COMPONENTS[mechanism.dimension]
-        forces = SX.sym("reactions", len(words) * len(self.joints))
-        known = {
-            f"{joint}.reaction.{word}": forces[len(words) * k + i]
-            for k, joint in enumerate(self.joints)
-            for i, word in enumerate(words)
-        }
-        rows = []
+        self.forces = sorted({force for name in names for force in forces_of(mechanism, name)})
+        symbols, known, rows = SX.sym("forces", len(self.forces)), dict[str, Sym](), []
+        for k, force in enumerate(self.forces):
+            word, owner, _ = force_of(mechanism, force) or ("", "", "")
+            speed = over_states(model, loads, f"{owner}{RATES[0]}", {}) if word == "power" else 1
+            known[force] = symbols[k] * speed
         for name in self.names:
             try:
                 rows.append(over_states(model, loads, mechanism.outputs[name], known, (name,)))
@@ -78,7 +76,7 @@ class WithReactions:
                 raise InputError(f"has no value: {problem}", where=f"outputs.{name}") from None
             except MechdaeError as problem:
                 raise problem.inside(f"outputs.{name}") from None
-        inputs = [model.q, model.velocity, model.acceleration, loads.time, forces, model.p]
+        inputs = [model.q, model.velocity, model.acceleration, loads.time, symbols, model.p]
         function = ca.Function("outputs", inputs, [ca.vertcat(*rows)])
         self._batch = Batch(function, [5])
         self.function = function
@@ -86,9 +84,9 @@ class WithReactions:
     def __call__(
         self, q: Unknowns, v: Floats, a: Floats, t: Floats, forces: Mapping[str, Floats], p: Floats
     ) -> Floats:
-        """Return the values (n, names)."""
-        flat = np.hstack([forces[joint] for joint in self.joints])
-        return self._batch(q, v, a, t[:, None], flat, p)[0]
+        """Return the values (n, names) from those of `forces` (n,)."""
+        columns = np.column_stack([forces[force] for force in self.forces])
+        return self._batch(q, v, a, t[:, None], columns, p)[0]
 
 
 @dataclass(frozen=True)
@@ -106,6 +104,13 @@ class Whole:
         """Reaches serve bounds, which motions do not have."""
 
 
+def _given(mechanism: Mechanism, output: str, driven: Collection[str]) -> bool:
+    """Return whether an output uses forces that a motion with laws of some coordinates gives."""
+    forces = [force_of(mechanism, name) for name in forces_of(mechanism, output)]
+    words = [force and (force[0] == "reaction" or force[1] in driven) for force in forces]
+    return bool(words) and all(words)
+
+
 class Reported:
     """Bodies, points, joints and named outputs at states."""
 
@@ -115,12 +120,14 @@ class Reported:
         chosen = selection(mechanism, asked, forces=True)
         self.chosen = setup.model.reported(chosen, asked is not None)
         named = self.chosen.named
-        self.forced = [name for name in named if moves and reactions_of(mechanism, name)]
+        driven = {row.owner for row in setup.released.rows if row.driver and row.part == "law"}
+        self.forced = [name for name in named if moves and _given(mechanism, name, driven)]
         plain = [name for name in named if name not in self.forced]
         whole: Any = Whole(setup.model, self.chosen)
 
         def build() -> tuple[Outputs, NamedOutputs]:
-            expressions = NamedOutputs(setup.model, plain, 2, asked is not None, moves)
+            listed = plain if asked is not None else ()
+            expressions = NamedOutputs(setup.model, plain, 2, listed, moves)
             return Outputs(whole, requests(setup.model, list(expressions.rates))), expressions
 
         outputs, expressions = setup.cache(("reported", *self._key), build)
@@ -131,7 +138,7 @@ class Reported:
     def evaluate(
         self, coordinates: tuple[Floats, Floats, Floats], t: Floats | None, there: Any
     ) -> tuple[dict[str, Any], dict[str, dict[str, Any]]]:
-        """Return the tables and the series of the outputs without reactions.
+        """Return the tables and the series of the outputs without forces.
 
         `coordinates`: absolute ones with rates and accelerations, (n, nq) each. `there` (n,):
         states that have coordinates at all.
@@ -150,15 +157,19 @@ class Reported:
         coordinates: tuple[Floats, Floats, Floats],
         t: Floats,
         reactions: Mapping[str, Reactions],
+        efforts: Mapping[str, Floats],
     ) -> dict[str, dict[str, Floats]]:
-        """Return the series of the outputs that use reactions."""
-        if not self.forced:
-            return {}
-        setup = self.setup
-        function: WithReactions = setup.cache(
-            ("forced", *self._key), lambda: WithReactions(setup.model, setup.loads, self.forced)
+        """Return the series of the outputs that use forces."""
+        setup, known = self.setup, dict[str, Floats]()
+        function: WithForces = setup.cache(
+            ("forced", *self._key), lambda: WithForces(setup.model, setup.loads, self.forced)
         )
-        values = function(*coordinates, t, reactions, setup.model.p_values)
+        words = COMPONENTS[setup.model.mechanism.dimension]
+        for force in function.forces:
+            word, owner, axis = force_of(setup.model.mechanism, force) or ("", "", "")
+            reaction = word == "reaction"
+            known[force] = reactions[owner][:, words.index(axis)] if reaction else efforts[owner]
+        values = function(*coordinates, t, known, setup.model.p_values)
         return {name: {"value": values[:, k]} for k, name in enumerate(self.forced)}
 
     def with_reactions(self, joints: Named, reactions: Mapping[str, Floats | LazyPart]) -> Named:

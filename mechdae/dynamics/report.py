@@ -180,7 +180,8 @@ class _Shown:
         self.there = np.isfinite(coordinates[0]).all(axis=1)
         self.tables, series = reported.evaluate(coordinates, states.t, self.there)
         if reported.forced:
-            series |= reported.of_forces(coordinates, states.t, forces.reactions)
+            efforts = forces.efforts()
+            series |= reported.of_forces(coordinates, states.t, forces.reactions, efforts)
         self.notes, self._series = reported.notes, series
         order = [name for name in reported.chosen.named if name in series]
         self.tables["outputs"] = Named("output", {name: Series(series[name]) for name in order})
@@ -188,7 +189,7 @@ class _Shown:
         self.tables["joints"] = reported.with_reactions(joints, forces.series())
 
     def last(self) -> tuple[dict[str, list[float]], dict[str, float]]:
-        """Return value and rate of the outputs at the end, and values of those of reactions."""
+        """Return value and rate of the outputs at the end, and values of those of forces."""
         forced = self._reported.forced
         kept = [name for name in self.tables["outputs"] if name not in forced]
         state = {

@@ -265,8 +265,9 @@ def scene(
     outputs: Sequence[str] | None = None,
     coarse: bool = False,
     loaded: Iterable[str] | None = None,
+    sought: Iterable[str] = (),
 ) -> Scene:
-    """Return the scene: only groups that the outputs or the drivers depend on are in it.
+    """Return the scene: only groups that the outputs, the drivers or bodies `sought` depend on.
 
     With `coarse` all bodies with superfluous equations are one group. For a task of forces
     `loaded` are the bodies that forces act on: those of their groups are kept too, and those of
@@ -275,7 +276,7 @@ def scene(
     rows, u = model.driven(drivers)
     chosen = selection(model.mechanism, outputs, forces=loaded is not None)
     chosen = model.reported(chosen, outputs is not None)
-    held = {body for c in drivers for body in c.bodies(model.mechanism)}.union(loaded or ())
+    held = {body for c in drivers for body in c.bodies(model.mechanism)}.union(loaded or (), sought)
     heavy = set() if loaded is None else set(massive(model))
     out = set[str]()
     try:

@@ -159,10 +159,19 @@ def with_forces(
         summary["notes"] = [*summary.get("notes", []), *notes]
     _add_facts(summary, loaded, answer, task)
     efforts, parts = efforts_of(setting, statics, answer, task)
+    series = series_of(statics, answer, task, unique)
+    named, sought = result.outputs, list[Json]()
+    if setting.expressions is not None and setting.expressions.forced:
+        from mechdae.forces import outputs
+
+        named, sought, more = outputs.with_outputs(loaded, result, task, answer, series, efforts)
+        if more:
+            summary["notes"] = [*summary.get("notes", []), *more]
     whole = result.as_kind(
         ReactionsResult,
         status=status,
-        joints=_joints(result, loaded, task, series_of(statics, answer, task, unique)),
+        outputs=named,
+        joints=_joints(result, loaded, task, series),
         efforts=efforts,
         parts=parts,
         unique=Summary(unique_of(statics, answer, unique, summary)),
@@ -170,7 +179,7 @@ def with_forces(
         checks=Summary(dict.fromkeys(CHECKS, checked)),
         loads=acting_loads(statics, answer),
         summary=summary,
-        events=events_of(sorted_events([*result.events, *lifted], setting.plan.lead)),
+        events=events_of(sorted_events([*result.events, *lifted, *sought], setting.plan.lead)),
         fault=LazyPart(lambda: {"fault": "; ".join([*faults, *failed_checks(checked.parts())])}),
     )
     return whole, answer

@@ -16,9 +16,13 @@ from mechdae.records import dataclass, key, optional
 
 if TYPE_CHECKING:
     from mechdae.describe.loads import TimeTable
+    from mechdae.describe.tasks.finds import Find
     from mechdae.describe.values import NamesOrNone, NumbersOrNone
     from mechdae.records import Takes
 
+    Finds = Takes[
+        Sequence["Find"] | Sequence[Mapping[str, object]] | None, tuple["Find", ...] | None
+    ]
     Drivers = Takes[Sequence["Driver"] | None, tuple["Driver", ...] | None]
 
 DEFAULT_POSES = 361
@@ -114,6 +118,8 @@ class Driver(Value):
 nest("driver", Nested("driver", {"": Driver}, HINT, tables=False))
 nest("drivers", Nested("driver", {"": Driver}, "'driver' is for one", True, False, one=HINT))
 TIME_TABLE: Kinds[type[Value]] = Kinds({"": Added("mechdae.describe.loads:TimeTable")})
+FIND: Kinds[type[Value]] = Kinds({"": Added("mechdae.describe.tasks.finds:Find")})
+nest("finds", Nested("find", FIND, 'find = [{ output = "...", crosses = 0 }]', several=True))
 nest("timetable", Nested("table", TIME_TABLE, '{ file = "law.csv" }'))
 
 
@@ -269,9 +275,17 @@ class Sweep(Driven):
     on_change_point: str = optional("text", "continue", choices=("continue", "stop", "switch"))
     measures: NamesOrNone = optional("names", choices=MEASURES)
     dwell_tolerance: Number = optional("number", 0.01, doc="share of the swing or stroke")
+    find: Finds = optional("finds", doc="where outputs cross a value or are extreme")
 
     kind: ClassVar[str] = "sweep"
     holds: ClassVar[tuple[str, ...]] = ("poses", "path", "rates")
+
+    def check(self, mechanism: Mechanism) -> None:
+        super().check(mechanism)
+        if self.find:
+            from mechdae.describe.tasks.finds import check_finds
+
+            check_finds(mechanism, self.find, self.way)
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ from mechdae.describe.coordinates import (
 from mechdae.describe.expression import evaluate, names_in, unknown_name
 from mechdae.describe.file.reading import Nested, nest
 from mechdae.describe.mechanism import Mechanism
-from mechdae.describe.named import check_expression
+from mechdae.describe.named import check_expression, named_coordinate
 from mechdae.describe.tasks.kinds import Driver, Task
 from mechdae.describe.values import Number, Value
 from mechdae.errors import InputError, MechdaeError
@@ -141,15 +141,6 @@ class Equilibrium(Task):
                 raise InputError(
                     "an equilibrium has no time", where=f"drivers[{i}].{word}", hint="at = [value]"
                 )
-
-
-def named_coordinate(mechanism: Mechanism, name: str) -> NamedCoordinate:
-    """Return the coordinate of that name; a body stands for its angle, a joint for its slide."""
-    if name in mechanism.bodies:
-        name = f"{name}.angle"
-    elif name in mechanism.joints:
-        name = f"{name}.{mechanism.joints[name].usual}"
-    return coordinate(mechanism, name)
 
 
 def start_values(

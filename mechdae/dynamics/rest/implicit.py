@@ -20,7 +20,7 @@ import numpy as np
 
 from mechdae.describe.coordinates import RELATIVE, coordinate
 from mechdae.describe.file.problem import Problem
-from mechdae.describe.named import reactions_of
+from mechdae.describe.named import forces_of
 from mechdae.describe.tasks.motion import Equilibrium
 from mechdae.dynamics.output_values import over_states
 from mechdae.dynamics.rest.balance import RANK
@@ -107,7 +107,7 @@ class Implicit:
             if head in ("bodies", "joints") and quantity in RELATIVE:
                 return model.coordinate(coordinate(mechanism, f"{part}.{quantity}"))
             if head == "outputs" and quantity == "value" and part in mechanism.outputs:
-                if reactions_of(mechanism, part):
+                if forces_of(mechanism, part):
                     return None
                 loads = self.whole.loads
                 return over_states(model, loads, mechanism.outputs[part], {}, (part,))

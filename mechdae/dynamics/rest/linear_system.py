@@ -20,8 +20,7 @@ import numpy as np
 from mechdae.describe.coordinate_kinds import KINDS, PLACE
 from mechdae.describe.coordinates import BALL, coordinate, selection
 from mechdae.describe.loads import Force, Torque
-from mechdae.describe.named import reactions_of
-from mechdae.describe.tasks.motion import named_coordinate
+from mechdae.describe.named import forces_of, named_coordinate
 from mechdae.dynamics.equations import MotionProblem
 from mechdae.dynamics.output_values import over_states
 from mechdae.dynamics.rest.chart import Chart
@@ -247,7 +246,7 @@ class LinearSystem:
         chosen = model.reported(chosen, outputs is not None)
         found: dict[str, Sym] = {}
         for name in chosen.named:
-            if not reactions_of(mechanism, name):
+            if not forces_of(mechanism, name):
                 text = mechanism.outputs[name]
                 found[name] = over_states(model, self.setup.loads, text, {}, (name,))
         for body in chosen.bodies if mechanism.dimension == 2 else ():

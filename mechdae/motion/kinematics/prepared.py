@@ -143,7 +143,7 @@ def prepare(
         structure_of(mechanism, names),
         tuple(c.text for c in numbers.coordinates),
         *(course, numbers.by_value, numbers.time_of() is not None),
-        *(task.outputs, task.derivatives, task.measures, loaded, more, names),
+        *(task.outputs, task.derivatives, task.measures, task.find, loaded, more, names),
     )
     shape = SHAPES.get(key)
     found = None
@@ -179,18 +179,22 @@ def _shape(
     coarse: bool,
 ) -> Shape:
     """Return scene, outputs and kernels of a model and a task."""
-    the_scene = scene(model, numbers.coordinates, task.outputs, coarse, loaded)
+    sought, bodies = [find.output for find in task.find or ()], set[str]()
+    if sought:
+        from mechdae.describe.named import bodies_of
+
+        bodies = bodies_of(model.mechanism, sought)
+    the_scene = scene(model, numbers.coordinates, task.outputs, coarse, loaded, bodies)
     expressions, hidden, order = None, list[Request](), task.derivatives
-    if the_scene.selection.named:
+    if the_scene.selection.named or sought:
         from mechdae.motion.setup.named_outputs import NamedOutputs, requests
 
-        names, listed, timed = (
-            the_scene.selection.named,
-            task.outputs is not None,
-            numbers.time_of(),
-        )
-        expressions = NamedOutputs(model, names, task.derivatives, listed, timed is not None)
-        hidden += requests(model, list(expressions.rates))
+        named, timed = the_scene.selection.named, numbers.time_of() is not None
+        listed = {*sought, *(named if task.outputs is not None else ())}
+        driven = [c.text for c in numbers.coordinates] if task.forces else None
+        names = list(dict.fromkeys((*named, *sought)))
+        expressions = NamedOutputs(model, names, task.derivatives, listed, timed, driven)
+        hidden += requests(model, [*expressions.rates, *expressions.forced])
     if task.measures:
         from mechdae.motion.measures import measure
 

@@ -15,7 +15,7 @@ def event_lines(result: Result, each: list[str], noise: dict[str, float]) -> lis
     wheels = pairs_of_wheels(result)
     for event in result.events:
         if event["in_range"]:
-            digits = 12 if event["kind"] in ("limit", "end_of_curve") else 6
+            digits = 12 if event["kind"] in ("limit", "end_of_curve", "crossing") else 6
             word = event["kind"].replace("_", " ")
             place = driver_value(event["at"], each, digits, units)
             if "time" in event:
@@ -60,6 +60,11 @@ def _happens(event: Event, noise: dict[str, float], wheels: Collection[str], uni
         kind = kind_of(event["of"]).name
         value = quantity(event["value"], kind, noise[kind], units)
         return f"{event['of']} {event['extreme']} {value}"
+    if event["kind"] in ("crossing", "extreme"):
+        word = f"crosses {event['value']:.9g}, going {event.get('direction')}"
+        if event["kind"] == "extreme":
+            word = f"{event['extreme']} {event['value']:.9g}"
+        return f"{event['name']} {word}"
     if event["kind"] == "lift_off":
         return lift_off(event, wheels, units)
     if "point" in event:  # the cusp of a point's path; that of a motion belongs to a group
