@@ -8,14 +8,14 @@ from tests.shared.paths import ROOT
 
 PACKAGE = ROOT / "mechdae"
 BUDGETS = {
-    "describe": 11_010,  # rare kinds in modules of their own, which most problems do not import
+    "describe": 11_110,  # rare kinds in modules of their own, which most problems do not import
     "numerics": 4_610,
     "equations": 7_600,  # what is left out of a scene: rollers, second machines, plane and space
-    "results": 3_190,
+    "results": 3_200,
     "draw": 19_620,  # graphs of motions; texts are measured without matplotlib
     "kernels": 7_450,
-    "motion": 22_550,  # poses of several drivers at the speed of one
-    "forces": 4_350,
+    "motion": 22_880,  # poses of several drivers at the speed of one
+    "forces": 4_450,
     "dynamics": 8_050,
     "design": 15_770,
     "tasks": 2_090,
@@ -25,7 +25,7 @@ BUDGETS = {
 """Room -> most lines of its modules; some of them import what annotations name."""
 ALONE = 845
 """Lines of the modules that stand alone: errors, records, types, additions."""
-TOTAL = 133_900
+TOTAL = 134_450
 LONGEST = 500
 LONGER = {
     "describe/mechanism.py": 570,
