@@ -17,7 +17,6 @@ from mechdae.describe.file import library
 from mechdae.describe.file.load import from_dict
 from mechdae.describe.file.schema import schema
 from mechdae.errors import InputError, MechanismError, ProblemFileError, UnknownName
-from mechdae.parts.exchange.commands.new import FOLDER, families
 from tests.shared.strategies import bounded, mechanisms
 
 FOUR_BAR = """
@@ -364,13 +363,6 @@ def test_teeth_give_the_ratio() -> None:
     gear = md.Gear("g", "a.A", "b.B", teeth=(20, 15), mesh="external")
     assert dict(gear.numbers())["ratio"] == "-(15.0)/(20.0)"
     assert evaluate(dict(gear.numbers())["ratio"], {}) == -0.75
-
-
-@pytest.mark.parametrize("family", families())
-def test_templates_solve(family: str) -> None:
-    problem = md.load(FOLDER / f"{family}.toml")
-    for name in problem.tasks:
-        assert md.solve(problem, name).fault is None
 
 
 def test_schema_knows_every_key_of_the_problems() -> None:
