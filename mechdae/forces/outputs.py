@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 
@@ -29,12 +28,11 @@ def with_outputs(
 ) -> tuple[Named, list[Json], list[str]]:
     """Return the outputs of a task with those that use forces, what it looks for, and notes."""
     setting, run = loaded.setting, loaded.run
-    expressions, named = setting.expressions, setting.scene.selection.named
+    expressions = setting.expressions
     assert expressions is not None
     time = None if loaded.moving.slow else setting.plan.time_of(run.values)
     values, notes = _values(loaded, run.poses.y, time, joints, efforts, answer.standing)
-    every = {**dict(result.outputs), **values}
-    outputs = Named("output", {name: every[name] for name in named if name in every})
+    outputs = expressions.reported({**dict(result.outputs), **values})
     sought = finds.sought(task, expressions.forced)
     if not sought:
         return outputs, [], notes
@@ -61,7 +59,7 @@ def with_outputs(
 
 def _values(
     loaded: LoadedRun,
-    y: list[Any],
+    y: list[Floats],
     time: Floats | None,
     joints: Mapping[str, Mapping[str, Floats]],
     efforts: Series,

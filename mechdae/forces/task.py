@@ -8,7 +8,6 @@ the energy differenced along the path, the balance of each body.
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -219,7 +218,7 @@ def _add_facts(summary: Summary, loaded: LoadedRun, answer: PoseForces, task: Re
 
 
 def _joints(
-    result: SweepResult, loaded: LoadedRun, task: Reactions, series: dict[str, dict[str, Any]]
+    result: SweepResult, loaded: LoadedRun, task: Reactions, series: dict[str, dict[str, Floats]]
 ) -> Named:
     """Return the joints in declared order, with what the sweep and forces give of them."""
     every = dict(result.joints)

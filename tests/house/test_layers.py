@@ -38,7 +38,7 @@ ROOMS = {
     "motion.continuation": "equations errors kernels motion.assembly motion.setup numerics",
     "motion.measures": "describe equations errors motion.continuation motion.setup numerics",
     "motion.kinematics": "describe equations errors kernels motion.assembly motion.continuation "
-    "motion.measures motion.setup results",
+    "motion.measures motion.setup numerics results",
     "motion.cases": "describe equations errors kernels motion.assembly motion.continuation "
     "motion.kinematics motion.measures motion.setup numerics numerics.arms numerics.homotopy "
     "results",

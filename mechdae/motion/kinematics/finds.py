@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Collection, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,7 +14,7 @@ from mechdae.motion.continuation.evaluate import Poses, in_time
 from mechdae.motion.kinematics.prepared import Run, Setting
 from mechdae.numerics.roots import root_between
 from mechdae.records import dataclass
-from mechdae.types import Floats, Json
+from mechdae.types import Booleans, Floats, Json
 
 if TYPE_CHECKING:
     from mechdae.describe.tasks.finds import Find
@@ -37,7 +37,7 @@ Values = Callable[[Floats], tuple[Floats, Floats, Floats]]
 
 
 @dataclass(frozen=True)
-class Search:
+class SoughtOutput:
     """Looks for places of one output along a path.
 
     ``value`` gives it at places; ``s`` (n,) are samples, ``f`` the output there, ``shift`` whole
@@ -65,10 +65,11 @@ class Search:
         """Return the output at a place."""
         return float(self.value(np.array([place]))[0][0])
 
-    def joined(self) -> Any:
+    def joined(self) -> Booleans:
         """Return which neighbouring samples (n - 1,) belong to one motion and have values."""
         known = np.isfinite(self.f)
-        return known[1:] & known[:-1] & (np.abs(np.diff(self.shift)) < self.step)
+        joined: Booleans = known[1:] & known[:-1] & (np.abs(np.diff(self.shift)) < self.step)
+        return joined
 
     def crossings(self, level: float) -> list[tuple[float, float, int]]:
         """Return place, bound and sense of each passage of a level."""
@@ -158,11 +159,11 @@ def located(
         value = values(find.output)
         f, condition, where = value(s)
         worst = float(np.nanmax(condition[np.isfinite(f)], initial=1.0))
-        search = Search(value, s, f, where - s, worst)
+        sought_output = SoughtOutput(value, s, f, where - s, worst)
         facts = {"name": find.name or find.output, "of": find.output, "in_range": True}
         if find.crosses is not None:
             level, count = evaluate(find.crosses, parameters), len(events)
-            for place, bound, sense in search.crossings(level):
+            for place, bound, sense in sought_output.crossings(level):
                 direction = "up" if sense > 0 else "down"
                 if find.direction in ("both", direction):
                     event = {
@@ -175,7 +176,7 @@ def located(
             if len(events) == count:
                 notes.append(f"find[{i}]: {_missed(find, level, f)}")
         else:
-            extreme = search.extreme(1 if find.extreme == "max" else -1)
+            extreme = sought_output.extreme(1 if find.extreme == "max" else -1)
             if extreme is None:
                 notes.append(f"find[{i}]: {find.output} has no value over the range")
                 continue

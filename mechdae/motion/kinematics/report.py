@@ -49,10 +49,8 @@ def report(problem: Problem, name: str, task: Sweep, setting: Setting, run: Run)
     if expressions is not None:
         columns, time = outputs.columns(expressions.coordinates), plan.time_of(run.values)
         there = [array[:, columns] for array in poses.y]
-        every, lost = expressions.evaluate(there, time, certified)
-        chosen = [name for name in setting.scene.selection.named if name in every]
-        named["outputs"] = Named("output", {name: every[name] for name in chosen})
-        lost = expressions.notes + lost
+        values, lost = expressions.evaluate(there, time, certified)
+        named["outputs"], lost = expressions.reported(values), expressions.notes + lost
     if not poses.fine:
         for numbers in (*poses.bounds.values(), poses.condition):
             numbers[~certified] = np.nan
@@ -78,15 +76,10 @@ def report(problem: Problem, name: str, task: Sweep, setting: Setting, run: Run)
     summary |= found.summary
     if failed:
         summary["failed"] = failed
-    sought, unmet = list[Json](), list[str]()
-    if task.find:
-        from mechdae.motion.kinematics import finds
-
-        sought, unmet = finds.of_sweep(setting, run, task)
     notes = [*setting.notes]
     if run.path.ends or run.path.zones:
         notes += path_events.near_crossings(setting, run.path)
-    notes += lost + found.notes + unmet
+    notes += lost + found.notes
     if notes:
         summary["notes"] = notes
     opened = bool(setting.scene.redundant) and problem.mechanism.tolerance > 0
@@ -116,7 +109,7 @@ def report(problem: Problem, name: str, task: Sweep, setting: Setting, run: Run)
         status=status,
         bound=Series(poses.bounds),
         condition=poses.condition,
-        events=_in_order(setting, run, [*run.events, *events, *found.events, *sought]),
+        events=_in_order(setting, run, [*run.events, *events, *found.events]),
         summary=summary,
         fault=fault,
         definition=task,

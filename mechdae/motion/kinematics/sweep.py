@@ -58,6 +58,12 @@ def run(setting: Setting, task: Sweep) -> Run:
     for correct in setting.scene.cases("runs"):
         correct(setting, result)
     result.poses.y = result.poses.y[: task.derivatives + 1]
+    if task.find:
+        from mechdae.motion.kinematics import finds
+
+        events, notes = finds.of_sweep(setting, result, task)
+        result.found.events += events
+        result.found.notes += notes
     return result
 
 

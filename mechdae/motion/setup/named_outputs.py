@@ -6,7 +6,7 @@ expression's own rates follow as total derivatives of its graph. Of forces there
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from copy import copy
 
 import casadi as ca
@@ -204,7 +204,7 @@ class NamedOutputs:
     def evaluate(
         self, coordinates: list[Floats], time: Floats | None, certified: Booleans
     ) -> tuple[Named, list[str]]:
-        """Return values and rates of outputs without forces, notes on those without a finite value.
+        """Return values and rates of what uses no forces, notes on outputs without a finite value.
 
         Parameters
         ----------
@@ -223,6 +223,11 @@ class NamedOutputs:
             if not rate:
                 notes += _lost(name, found, there)
         return Named("output", {name: Series(arrays) for name, arrays in series.items()}), notes
+
+    def reported(self, values: Mapping[str, Series]) -> Named:
+        """Return the values of named outputs without those of expressions that are looked for."""
+        outputs = self.model.mechanism.outputs
+        return Named("output", {name: values[name] for name in outputs if name in values})
 
     def with_forces(
         self,
