@@ -14,7 +14,7 @@ BUDGETS = {
     "results": 3_200,
     "draw": 19_620,  # graphs of motions; texts are measured without matplotlib
     "kernels": 7_450,
-    "motion": 22_880,  # poses of several drivers at the speed of one
+    "motion": 22_890,  # poses of several drivers at the speed of one
     "forces": 4_450,
     "dynamics": 8_050,
     "design": 15_770,
