@@ -478,7 +478,7 @@ def _check_joint(mechanism: Mechanism, joint: Joint) -> None:
     carrier = getattr(joint, "carrier", None)
     if carrier is not None and carrier != GROUND and carrier not in mechanism.bodies:
         raise UnknownName("body", carrier, [GROUND, *mechanism.bodies], where=f"{place}.carrier")
-    if carrier in (first, second):
+    if carrier in (first, second)[: max(joint.wheels, 1)]:
         raise MechanismError("the carrier is one of the two wheels", where=f"{place}.carrier")
     pitch = getattr(joint, "point", None)
     if pitch is not None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from typing import Any
@@ -116,6 +117,19 @@ def _entries(name: str, entries: object) -> tuple[str, ...]:
     return tuple(entries)
 
 
+class LooseDirection(InputError):
+    """A vector keeps the direction of a link that nothing of that direction joins it to."""
+
+    def __init__(self, vector: str, of: str) -> None:
+        super().__init__(
+            f"keeps the direction of {of}, but no given lengths and no slides of that direction "
+            "join them to one link",
+            where=f"vectors.{vector}",
+            hint="leave out its angle: the loop finds it; or parallel = true: a guide keeps it",
+        )
+        self.vector = vector
+
+
 @dataclass
 class _Expansion:
     """Bodies and joints of loops, and what the coordinates of vectors are called there."""
@@ -143,8 +157,9 @@ class _Expansion:
         self.ground = ground
         made = {name: body for name, body in bodies.items() if isinstance(body, Body)}
         rest = {name: body for name, body in closure.bodies.items() if name not in made}
-        self.bodies: Table[Body] = Table({**made, **rest})
-        joints = [*self._turning(), *self._sliding()]
+        guides = {body.name: body for body in self._guides()}
+        self.bodies: Table[Body] = Table({**made, **guides, **rest})
+        joints = [*self._turning(), *self._sliding(), *self._guiding()]
         for joint in joints:
             if joint.name in closure.joints:
                 raise InputError(
@@ -187,22 +202,23 @@ class _Expansion:
         pairs = [(tail, head) for tail, head in ends.values()]
         tied = reached([self.links.origin], [*pairs, *self._ties()])
         check_tied(self.closure.loops, {name: texts[0] for name, texts in ends.items()}, tied)
+        self.parallels: list[tuple[Link, Link]] = []
         for link in self.links.all:
             pairs = [
                 (self.links.at(name, TAIL).name, self.links.at(name, HEAD).name)
                 for name, vector in self.closure.vectors.items()
                 if vector.slides and self.links.directions[name][0] == link.direction
             ]
+            pairs += [(one.name, other.name) for one, other in self.parallels]
             same = [other for other in self.links.all if other.direction == link.direction]
-            first = next((x.name for x in same if x.name == GROUND), same[0].name)
-            if link.name not in reached([first], pairs) and not link.direction.startswith("@"):
-                fixed = "the fixed frame" if link.direction == FIXED else f"'{first}'"
-                raise InputError(
-                    f"keeps the direction of {fixed}, but no given lengths and no slides of that "
-                    "direction join them to one link",
-                    where=f"vectors.{link.own or link.name}",
-                    hint="leave out its angle: the loop finds it",
-                )
+            first = next((x for x in same if x.name == GROUND), same[0])
+            if link.name in reached([first.name], pairs) or link.direction.startswith("@"):
+                continue
+            name = link.own or link.name
+            if not self.closure.vectors[name].parallel:
+                fixed = link.direction == FIXED
+                raise LooseDirection(name, "the fixed frame" if fixed else f"'{first.name}'")
+            self.parallels.append((first, link))
 
     def _ties(self) -> list[tuple[str, str]]:
         """Return pairs of nodes on bodies that are described by themselves."""
@@ -347,6 +363,24 @@ class _Expansion:
                 joints.append(
                     Prismatic(slide_of(name), first, second, axis=axis, turn=turn, **numbers)
                 )
+        return joints
+
+    def _guides(self) -> list[Body]:
+        """Return the bodies between links and those whose direction they keep."""
+        made = [link.name for _, link in self.parallels]
+        return [Body(f"{name}_parallel", points=Table({"P": (0.0, 0.0)})) for name in made]
+
+    def _guiding(self) -> list[Joint]:
+        """Return two slides across each other, which keep a direction and nothing else."""
+        joints: list[Joint] = []
+        for first, link in self.parallels:
+            guide = f"{link.name}_parallel"
+            ends = [f"{x.name}.{next(iter(self.points[x.name].values()))}" for x in (first, link)]
+            turn = less(link.turn, first.turn)
+            joints += [
+                Prismatic(f"{guide}_x", ends[0], f"{guide}.P"),
+                Prismatic(f"{guide}_y", f"{guide}.P", ends[1], axis=math.pi / 2, turn=turn),
+            ]
         return joints
 
     # -- coordinates -----------------------------------------------------------------------------

@@ -64,13 +64,8 @@ def check_loops(vectors: Mapping[str, Vector], loops: Mapping[str, tuple[str, ..
 
 def nodes_of(vectors: Mapping[str, Vector], loops: Mapping[str, tuple[str, ...]]) -> Merged:
     """Return the nodes: ends ``rod.head`` of vectors and points ``@crank.B`` that are one place."""
-    names = [f"{name}.{end}" for name in vectors for end in (TAIL, HEAD)]
     points = [f"@{text}" for v in vectors.values() for text in (v.from_, v.to) if text is not None]
-    merged = Merged([*names, *points])
-    for entries in loops.values():
-        ends = [_ends(entry) for entry in entries]
-        for (_, end), (start, _) in zip(ends, [*ends[1:], ends[0]], strict=True):
-            merged.merge(end, start)
+    merged = meeting(vectors, loops, points)
     for name, vector in vectors.items():
         if vector.from_ is not None and vector.to is not None:
             merged.merge(f"{name}.{TAIL}", f"@{vector.from_}")
@@ -84,6 +79,18 @@ def nodes_of(vectors: Mapping[str, Vector], loops: Mapping[str, tuple[str, ...]]
                     where=f"loops.{name}",
                     hint="loops read head to tail; a minus sign runs a vector backwards",
                 )
+    return merged
+
+
+def meeting(
+    vectors: Iterable[str], loops: Mapping[str, Iterable[str]], points: Iterable[str] = ()
+) -> Merged:
+    """Return the ends of vectors, and further points, in classes of those that meet in loops."""
+    merged = Merged([*(f"{name}.{end}" for name in vectors for end in (TAIL, HEAD)), *points])
+    for entries in loops.values():
+        ends = [_ends(entry) for entry in entries]
+        for (_, end), (start, _) in zip(ends, [*ends[1:], ends[0]], strict=True):
+            merged.merge(end, start)
     return merged
 
 
@@ -118,7 +125,7 @@ def _ends(entry: str) -> tuple[str, str]:
     return (head, tail) if backwards else (tail, head)
 
 
-def in_order(loops: Mapping[str, tuple[str, ...]]) -> list[str]:
+def in_order(loops: Mapping[str, Iterable[str]]) -> list[str]:
     """Return the vectors in the order in which loops pass them."""
     return list(dict.fromkeys(signed(entry)[0] for entries in loops.values() for entry in entries))
 

@@ -40,6 +40,7 @@ class Vector(Value):
     contact_length: Number | None = optional("number", doc="of its block, m", unit="m")
     pin_radius: Number | None = optional("number", doc="of a pin in the slot, m", unit="m")
     one_sided: str | None = optional("text", choices=SIDES, doc="side of the pin or block")
+    parallel: bool = optional("flag", False, doc="a guide keeps its link in its direction")
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.describe import GROUND, Joint, Problem, Sweep, Table, load
+from mechdae.describe import GROUND, Driver, Joint, Problem, Sweep, Table, load
 from mechdae.describe.tasks.kinds import Driven, Modes
 from mechdae.errors import AssemblyError, InputError, MechdaeError, UnknownName
 from mechdae.parts.types.chains.variants import constructions, pair_kinds
@@ -19,9 +19,14 @@ from mechdae.parts.types.chains.variants.orders import Orders
 from mechdae.parts.types.chains.variants.scheme import Pose, Variant, moves, planar
 from mechdae.records import dataclass
 from mechdae.results import Result
+from mechdae.tasks.pictures import with_sketch
 from mechdae.tasks.solve import solve
 from mechdae.types import Floats, Unknowns
 
+ALONG = ("slide", "s")
+"""Coordinates of joints that are places along something."""
+STILL = 0.1
+"""Share of its mean change between two poses below which a coordinate is near an extreme."""
 WAYS = ("order", "inversion", "pairs", "construction")
 
 
@@ -94,18 +99,39 @@ class _Varied:
 
     def found(self) -> Iterator[Variant]:
         _ = self.count  # what cannot be varied is said before anything is solved
-        motion = MotionOfVaried(self.problem)
+        problem = driven(self.problem)
+        motion = MotionOfVaried(problem)
         if self.by == "construction":
-            yield from constructions.Constructions(self.problem, motion.crossings())
+            yield from constructions.Constructions(problem, motion.crossings())
             return
         made: Iterable[Variant]
         if self.by == "order":
-            made = Orders(self.problem, motion.pose)
+            made = Orders(problem, motion.pose)
         else:
             way = pair_kinds.inversions if self.by == "inversion" else pair_kinds.pair_kinds
-            made = way(self.problem, motion.pose)
+            made = way(problem, motion.pose)
         for variant in made:
-            yield variant if variant.fault else replace(variant, fault=fault_of(variant))
+            fault = variant.fault or fault_of(variant)
+            closed = variant.about.get("closes") if fault else None
+            if isinstance(closed, dict):
+                given = closed["given"]
+                fault = f"its vectors close {closed['loops']} loops, {given} are given: {fault}"
+            yield replace(variant, fault=fault)
+
+
+def driven(problem: Problem) -> Problem:
+    """Return the problem with a task that drives it where none does: by the sketch, throughout.
+
+    Driven is what the sketch gives, those on the ground first; several drivers keep their values.
+    """
+    if first_sweep(problem) is not None:
+        return problem
+    bare = with_sketch(replace(problem, tasks=Table()))
+    task: Any = bare.tasks["sketch"]
+    if len(task.all_drivers) == 1:
+        only = Driver(task.all_drivers[0].coordinate, range="assembled")
+        task = Sweep(driver=only)
+    return replace(problem, tasks=Table({**problem.tasks, "motion": task}))
 
 
 def fault_of(variant: Variant) -> str:
@@ -161,14 +187,28 @@ class MotionOfVaried:
 
     @property
     def pose(self) -> Pose:
-        """The first pose that assembles."""
-        k = self.good[0]
+        """The first pose that assembles, or the middle one where the first is a limit."""
+        first = self.good[0]
+        k = first if self.data["status"][first] == "ok" else self.good[len(self.good) // 2]
         bodies, joints = self.data.get("bodies", {}), self.data.get("joints", {})
+        places = {name: series for name, series in joints.items() if {*series} & {*ALONG}}
         return Pose(
             {name: series["angle"][k] for name, series in bodies.items()},
             {point: (float(x[0]), float(x[1])) for point, x in self._all_points([k]).items()},
-            {name: series["slide"][k] for name, series in joints.items() if "slide" in series},
-        )
+            {name: next(series[w] for w in ALONG if w in series)[k]
+             for name, series in places.items()},
+            tuple(name for name, series in joints.items() if self._moves(series, k)),
+        )  # fmt: skip
+
+    def _moves(self, series: dict[str, list[float]], k: int) -> bool:
+        """Return whether a coordinate of a joint changes near a pose, with no extreme there."""
+        near = [j for j in (k - 1, k, k + 1) if j in self.good]
+        for word in ("angle", *ALONG):
+            values = np.asarray(series.get(word) or [0.0] * len(self.data["status"]))
+            step = float(np.ptp(values[self.good])) / max(len(self.good) - 1, 1)
+            if step > 0 and float(np.ptp(values[near])) > STILL * step * (len(near) - 1):
+                return True
+        return False
 
     def _all_points(self, poses: list[int]) -> dict[str, Floats]:
         """Return places (2, poses) of all points, those of the ground too."""

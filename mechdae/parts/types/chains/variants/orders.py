@@ -6,19 +6,22 @@ and different joints, paths, boxes, reactions and losses.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
 from itertools import permutations, product
 from math import factorial, prod
 from typing import Any
 
-from mechdae.describe import Driver, Joint, Mechanism, Problem, Table, dumps
-from mechdae.describe.loads import Load
-from mechdae.describe.vectors.expand import from_loops
+from mechdae.describe import Mechanism, Problem, Table, dumps
+from mechdae.describe.expression import evaluate
+from mechdae.describe.values import Number
+from mechdae.describe.vectors.expand import LooseDirection, from_loops
+from mechdae.describe.vectors.nodes import HEAD, TAIL, in_order, meeting, reached
 from mechdae.errors import InputError, MechdaeError
 from mechdae.parts.types.chains.variants.scheme import GROUND, Pose, Variant, made, reach
 from mechdae.records import dataclass
+from mechdae.types import Json
 
 
 @dataclass(frozen=True)
@@ -76,45 +79,51 @@ class Orders:
                 name: [self.loops[name][k] for k in order]
                 for name, order in zip(self.loops, orders, strict=True)
             }
-            if self.problem.mechanism.closure is not None:
-                yield self._of_vectors(ordered)
-            else:
-                yield self._of_links(ordered["loop"])
+            yield self.of(ordered)
+
+    def of(self, loops: Mapping[str, Sequence[Any]]) -> Variant:
+        """Return the variant with its loops in this order: of entries, or of stretches of links."""
+        if self.problem.mechanism.closure is not None:
+            return self._of_vectors(loops)
+        return self._of_links(loops["loop"])
 
     # -- vectors -----------------------------------------------------------------------------
 
-    def _of_vectors(self, loops: dict[str, list[str]]) -> Variant:
+    def _of_vectors(self, loops: Mapping[str, Sequence[str]]) -> Variant:
         base = self.problem.mechanism
         assert base.closure is not None
-        closure = base.closure
         name = "__".join("-".join(text.lstrip("-") for text in loop) for loop in loops.values())
         words = "; ".join(", ".join(loop) for loop in loops.values())
-        about = {"order": {name: list(loop) for name, loop in loops.items()}}
-        mechanism: Mechanism | None
+        about: Json = {"order": {name: list(loop) for name, loop in loops.items()}}
+        closed = _closed(loops)
+        if closed > len(loops):
+            about["closes"] = {"loops": closed, "given": len(loops)}
         try:
-            mechanism = from_loops(
-                closure.vectors,
-                loops,
-                closure.nodes,
-                ground=closure.ground,
-                bodies=closure.bodies,
-                joints=closure.joints,
-                parameters=base.parameters,
-                gravity=base.gravity,
-                closure_tolerance=base.closure_tolerance,
-            )
-            sketch = {**base.sketch, **self.pose.angles, **self.pose.slides}
-            known = {*mechanism.bodies, *mechanism.joints}
-            rough = {k: v for k, v in sketch.items() if k.partition(".")[0] in known}
-            mechanism = replace(mechanism, sketch=Table(rough))
+            mechanism = expanded(base, loops)
         except MechdaeError as error:
             text = _with_loops(self.problem, loops)
-            return Variant(f"order-{name}", None, about, (), str(error).splitlines()[0], text)
+            return Variant(f"order-{name}", None, about, (), _fault(base, error), text)
+        mechanism = replace(mechanism, sketch=Table(self._sketch(mechanism)))
         return made(self.problem, f"order-{name}", mechanism, f"order {words}", about)
+
+    def _sketch(self, mechanism: Mechanism) -> dict[str, Number]:
+        """Return the pose of the base as that of an order: all vectors have the same values."""
+        old, new = self.problem.mechanism.closure, mechanism.closure
+        assert old is not None
+        assert new is not None
+        angles, known = {"": 0.0, **self.pose.angles}, self.problem.mechanism.parameter_values
+        sketch: dict[str, Number] = {
+            name: value for name, value in self.pose.slides.items() if name in mechanism.joints
+        }
+        for name, (body, turn) in old.directions.items():
+            link, off = new.directions[name]
+            if link and body in angles:
+                sketch[link] = angles[body] + evaluate(turn, known) - evaluate(off, known)
+        return sketch
 
     # -- links -------------------------------------------------------------------------------
 
-    def _of_links(self, order: list[LoopLink]) -> Variant:
+    def _of_links(self, order: Sequence[LoopLink]) -> Variant:
         """Return a single loop of links in another order; a pin stays at the end of its link."""
         base = self.problem.mechanism
         joints = dict(base.joints)
@@ -130,33 +139,41 @@ class Orders:
         )
         name = "order-" + "-".join(names[1:])
         title = "order " + ", ".join(names)
-        problem = self.problem
-        if name != "order-" + "-".join(stretch.name for stretch in self.loops["loop"][1:]):
-            problem = replace(problem, mechanism=self._without_pins(base, joints), pattern=None)
-        return made(problem, name, mechanism, title, {"order": names}, self._driver(joints))
+        return made(self.problem, name, mechanism, title, {"order": names})
 
-    def _driver(self, joints: dict[str, Joint]) -> Any:
-        base = self.problem.mechanism
 
-        def driver(given: Driver) -> Driver:
-            return replace(given, coordinate=_absolute(base, joints, given.coordinate)[0])
+def expanded(base: Mechanism, loops: Mapping[str, Sequence[str]]) -> Mechanism:
+    """Return the mechanism of a base's vectors in other loops, without sketch, loads and outputs.
 
-        return driver
+    A vector that leaves the link whose direction it keeps gets a guide that keeps it; of the names
+    of one place the first one stays.
 
-    def _without_pins(self, base: Mechanism, joints: dict[str, Joint]) -> Mechanism:
-        """Return the mechanism with loads that act on angles of links, not on those of joints."""
-        loads: dict[str, Load] = {}
-        for name, load in base.loads.items():
-            changes: dict[str, Any] = {}
-            for word in ("coordinate", "along"):
-                text = getattr(load, word, None)
-                if text is None:
-                    continue
-                changes[word], swapped = _absolute(base, joints, text)
-                if swapped:
-                    changes |= _swapped(load, name)
-            loads[name] = replace(load, **changes)
-        return replace(base, loads=Table(loads))
+    Raises
+    ------
+    InputError
+        These loops make no mechanism.
+    """
+    closure = base.closure
+    assert closure is not None
+    vectors = closure.vectors
+    merged = meeting(vectors, loops)
+    nodes = {merged.first(node.at): node for node in reversed(closure.nodes.values())}
+    for _ in range(len(vectors) + 1):
+        try:
+            return from_loops(
+                vectors,
+                loops,
+                [node for node in closure.nodes.values() if node in nodes.values()],
+                ground=closure.ground,
+                bodies=closure.bodies,
+                joints=closure.joints,
+                parameters=base.parameters,
+                gravity=base.gravity,
+                closure_tolerance=base.closure_tolerance,
+            )
+        except LooseDirection as error:
+            vectors = vectors.with_(error.vector, replace(vectors[error.vector], parallel=True))
+    raise InputError("the directions of these loops are kept by nothing", where="loops")
 
 
 def loop_of(mechanism: Mechanism) -> list[LoopLink]:
@@ -222,36 +239,33 @@ def _end(mechanism: Mechanism, joint: str, body: str) -> str:
     return f"{first}.{point}" if first == body else pair.second
 
 
-def _absolute(mechanism: Mechanism, joints: dict[str, Joint], text: str) -> tuple[str, bool]:
-    """Return a coordinate without angles of joints whose links changed, and if its sign did."""
-    name, _, word = text.rpartition(".")
-    joint = mechanism.joints.get(name)
-    if joint is None or word != "angle" or joints[name] == joint:
-        return text, False
-    if joint.first_body == GROUND:
-        return f"{joint.second_body}.angle", False
-    if joint.second_body == GROUND:
-        return f"{joint.first_body}.angle", True
-    raise InputError(
-        f"'{text}' is the angle between {joint.first_body} and {joint.second_body}, "
-        "which other orders part",
-        hint="angles of bodies have a meaning in all orders",
-    )
+def _closed(loops: Mapping[str, Sequence[str]]) -> int:
+    """Return how many independent loops vectors close that meet as in these loops."""
+    names = in_order(loops)
+    merged = meeting(names, loops)
+    ends = [[merged.first(f"{name}.{end}") for end in (TAIL, HEAD)] for name in names]
+    nodes = {node for pair in ends for node in pair}
+    parts = 0
+    left = set(nodes)
+    for node in sorted(nodes):
+        if node in left:
+            parts += 1
+            left -= set(reached([node], ((tail, head) for tail, head in ends)))
+    return len(names) - len(nodes) + parts
 
 
-def _swapped(load: Load, name: str) -> dict[str, object]:
-    """Return the numbers of a load whose coordinate has the other sign now."""
-    if load.kind == "resistance":
-        resistance: Any = load
-        return {"negative": resistance.positive, "positive": resistance.negative}
-    raise InputError(
-        f"a {load.kind} on the angle of the ground against a link has no other order",
-        where=f"loads.{name}",
-        hint="give the joint with the ground as its first link",
-    )
+def _fault(base: Mechanism, error: MechdaeError) -> str:
+    """Return why an order is no mechanism, with the length of a vector that it makes vanish."""
+    assert base.closure is not None
+    text = str(error).splitlines()[0]
+    for name, vector in base.closure.vectors.items():
+        if f"head and tail of '{name}' meet" in text and vector.length is not None:
+            length = evaluate(vector.length, base.parameter_values)
+            return f"{text}: its length would be 0, and is {length:.6g} m"
+    return text
 
 
-def _with_loops(problem: Problem, loops: dict[str, list[str]]) -> str:
+def _with_loops(problem: Problem, loops: Mapping[str, Sequence[str]]) -> str:
     """Return the problem's text with its loops in another order."""
     assert problem.mechanism.closure is not None
     text = dumps(replace(problem, expected=(), pattern=None))

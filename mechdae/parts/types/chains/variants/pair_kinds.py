@@ -2,17 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import replace
 from itertools import product
 from math import atan2, cos, sin
-from typing import Any
 
 from mechdae.describe import Body, Driver, Ground, Joint, Mechanism, Problem, Table
 from mechdae.describe.joints.pairs import Prismatic, Revolute
 from mechdae.errors import InputError
-from mechdae.parts.types.chains.variants.scheme import GROUND, Pose, Variant, made, reach, values_of
+from mechdae.parts.types.chains.variants.scheme import (
+    GROUND,
+    Pose,
+    Translation,
+    Variant,
+    driver_of,
+    made,
+    reach,
+    values_of,
+)
 from mechdae.parts.types.chains.variants.symmetries import of_dimensions, of_structure
+from mechdae.types import Json
 
 FRAME = "frame"
 """Name of the link that was the fixed one."""
@@ -65,26 +74,41 @@ def inversion(problem: Problem, pose: Pose, link: str) -> Variant:
         gravity=base.gravity,
         closure_tolerance=base.closure_tolerance,
     )
-    drives = {f"{name}.angle": _angle_joint(base, name) for name in base.bodies}
-
-    def driver(given: Driver) -> Driver:
-        joint = drives.get(given.coordinate)
-        return given if joint is None else replace(given, coordinate=f"{joint}.angle")
-
-    return made(problem, f"fixed-{link}", mechanism, f"{link} fixed", about, driver)
+    translation = Translation(
+        base, mechanism, called, lambda *given: _instead(mechanism, pose, base, *given)
+    )
+    return made(problem, f"fixed-{link}", mechanism, f"{link} fixed", about, translation)
 
 
-def _angle_joint(mechanism: Mechanism, body: str) -> str | None:
-    """Return the joint whose angle is that of a body: it turns the body against the ground."""
-    for name, joint in mechanism.joints.items():
-        if joint.turns and (joint.first_body, joint.second_body) == (GROUND, body):
-            return name
-    return None
+def _instead(
+    mechanism: Mechanism,
+    pose: Pose,
+    base: Mechanism,
+    given: Driver,
+    used: Collection[str],
+    only: bool,
+) -> Driver:
+    """Return the driver of a joint for one whose coordinate is gone.
+
+    That of the joint that it drove, or else the first that moves, those of the fixed link before
+    the others.
+    """
+    part = given.coordinate.partition(".")[0]
+    joints = mechanism.joints
+    drove = [part] if part in joints else []
+    drove += [name for name, joint in base.joints.items() if {GROUND, part} == {*joint.bodies}]
+    moving = sorted(pose.moving or joints, key=lambda name: GROUND not in joints[name].bodies)
+    for name in (*drove, *moving):
+        still = given.at is not None and len(given.at) == 1
+        driver = driver_of(joints[name], base.joints[name], pose, only and not still)
+        if joints[name].coordinates and driver.coordinate not in used:
+            return driver
+    raise InputError(f"nothing can be driven in place of '{given.coordinate}'")
 
 
 def _renamed(joint: Joint, called: dict[str, str]) -> Joint:
     """Return a joint between the same links under their new names."""
-    changes: dict[str, Any] = {}
+    changes: Json = {}
     for side in ("first", "second"):
         body, _, point = str(getattr(joint, side)).partition(".")
         changes[side] = f"{called.get(body, body)}.{point}"
@@ -146,17 +170,11 @@ def with_kinds(problem: Problem, pose: Pose, word: str) -> Variant:
         gravity=base.gravity,
         closure_tolerance=base.closure_tolerance,
     )
-    drives = {f"{body}.angle": _joint_of(base, body) for body in base.bodies}
-
-    def driver(given: Driver) -> Driver:
-        joint = given.coordinate.rpartition(".")[0]
-        name = drives.get(given.coordinate) or (joint if joint in kinds else None)
-        if name is None or (kinds[name] == "R") == base.joints[name].hinge:
-            return given
-        return Driver(f"{name}.{'angle' if kinds[name] == 'R' else 'slide'}", range="assembled")
-
     about = {"pairs": kinds}
-    return made(problem, f"pairs-{word}", mechanism, f"pairs {word}", about, driver)
+    translation = Translation(
+        base, mechanism, instead=lambda *given: _instead(mechanism, pose, base, *given)
+    )
+    return made(problem, f"pairs-{word}", mechanism, f"pairs {word}", about, translation)
 
 
 def _slide(mechanism: Mechanism, pose: Pose, joint: Joint) -> Prismatic:
@@ -171,7 +189,7 @@ def _slide(mechanism: Mechanism, pose: Pose, joint: Joint) -> Prismatic:
     away = [other for other in others if other != (x, y)]
     dx, dy = (sum(place[a] for place in away) - len(away) * (x, y)[a] for a in (0, 1))
     angles = {GROUND: 0.0, **pose.angles}
-    given: dict[str, Any] = {word: getattr(joint, word) for word in ("friction", "friction_static")}
+    given: Json = {word: getattr(joint, word) for word in ("friction", "friction_static")}
     return Prismatic(
         joint.name,
         joint.first,
@@ -197,20 +215,12 @@ def _pin(parts: Parts, pose: Pose, joint: Joint) -> Revolute:
             point += "_"
         place = tuple(_sum(b, o) for b, o in zip(base, turned, strict=True))
         parts[first] = replace(parts[first], points=parts[first].points.with_(point, place))
-    given: dict[str, Any] = {}
+    given: Json = {}
     return Revolute(joint.name, f"{first}.{point}", joint.second, **given)
 
 
 def _sum(base: float | str, offset: float) -> float | str:
     return base + offset if isinstance(base, float) else f"({base}) + ({offset!r})"
-
-
-def _joint_of(mechanism: Mechanism, body: str) -> str | None:
-    """Return the revolute joint in which a body turns against the ground."""
-    for name, joint in mechanism.joints.items():
-        if joint.hinge and {joint.first_body, joint.second_body} == {GROUND, body}:
-            return name
-    return None
 
 
 def _cycles(move: dict[str, str]) -> int:

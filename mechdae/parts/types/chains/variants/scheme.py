@@ -12,6 +12,7 @@ from mechdae.describe.file.load import from_dict
 from mechdae.describe.loads import Load, TableLoad
 from mechdae.describe.tasks.kinds import Driven, Modes
 from mechdae.errors import InputError
+from mechdae.parts.types.chains.variants.translation import Translation
 from mechdae.records import dataclass
 
 if TYPE_CHECKING:
@@ -26,13 +27,15 @@ MEASURES = ("envelope", "transmission")
 class Pose:
     """One assembled pose of the mechanism that is varied.
 
-    ``angles`` [rad] of the bodies, ``points`` [m] by ``body.point``, ``slides`` [m] by joint; the
-    ground has the angle 0.
+    ``angles`` [rad] of the bodies, ``points`` [m] by ``body.point``, ``slides`` [m] by joint, its
+    places on curves too; the ground has the angle 0. ``moving`` are joints whose coordinate changes
+    there in the motion.
     """
 
     angles: Mapping[str, float]
     points: Mapping[str, tuple[float, float]]
     slides: Mapping[str, float]
+    moving: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -96,16 +99,22 @@ def made(
     mechanism: Mechanism,
     title: str,
     about: Mapping[str, Any],
-    driver: Callable[[Driver], Driver] = lambda driver: driver,
-    left_out: tuple[str, ...] = (),
+    translation: Translation | None = None,
 ) -> Variant:
-    """Return the variant with the tasks that it can have."""
+    """Return the variant with the loads, outputs and tasks that it can have.
+
+    ``mechanism`` is without loads and outputs; its sketch is completed by the drivers.
+    """
     base = problem.mechanism
-    out = list(left_out)
-    for word in ("loads", "outputs"):
+    translation = translation or Translation(base, mechanism)
+    out: list[str] = []
+    changes: dict[str, Callable[[Any], Any]] = {
+        "loads": translation.load, "outputs": translation.expression
+    }  # fmt: skip
+    for word, change in changes.items():
         for entry, value in getattr(base, word).items():
-            table = getattr(mechanism, word).with_(entry, value)
             try:
+                table = getattr(mechanism, word).with_(entry, change(value))
                 tried = replace(mechanism, **{word: table})
                 Problem(tried)
             except InputError as error:
@@ -115,7 +124,8 @@ def made(
     tasks: dict[str, Task] = {}
     for entry, task in problem.tasks.items():
         try:
-            changed = _task(task, driver)
+            changed = _task(task, translation, f"tasks.{entry}", out)
+            mechanism = _sketched(mechanism, changed)
             changed = _with_outputs(mechanism, entry, changed, out)
         except InputError as error:
             out.append(f"tasks.{entry}: {error.what}")
@@ -131,18 +141,53 @@ def made(
     return Variant(name, whole, about, tuple(out))
 
 
-def _task(task: Task, driver: Callable[[Driver], Driver]) -> Task:
+def _task(task: Task, translation: Translation, where: str, out: list[str]) -> Task:
     """Return a task with other drivers, and with the measures by which variants are ranked."""
     if not isinstance(task, Driven):
         raise InputError(f"tasks of kind '{task.kind}' are not kept")
-    changes: dict[str, Any] = {"mode": None}
-    if task.driver is not None:
-        changes["driver"] = driver(task.driver)
-    else:
-        changes["drivers"] = tuple(driver(given) for given in task.all_drivers)
+    changes: Json = {"mode": None}
+    drivers = translation.drivers(task.all_drivers)
+    out += [
+        f"{where}: {new.coordinate} is driven in place of {old.coordinate}"
+        for old, (new, another) in zip(task.all_drivers, drivers, strict=True)
+        if another
+    ]
+    only = tuple(driver for driver, _ in drivers)
+    changes |= {"driver": only[0]} if task.driver is not None else {"drivers": only}
+    outputs = getattr(task, "outputs", None)
+    if outputs is not None:
+        changes["outputs"] = translation.outputs(outputs) or None
     if isinstance(task, Sweep) and moves(task):
         changes["measures"] = tuple(dict.fromkeys((*(task.measures or ()), *MEASURES)))
     return replace(task, **changes)
+
+
+def _sketched(mechanism: Mechanism, task: Any) -> Mechanism:
+    """Return the mechanism with the drivers of a task in its sketch, by the links' angles there."""
+    more: dict[str, float] = {}
+    for given in task.all_drivers:
+        joint = mechanism.joints.get(given.coordinate.partition(".")[0])
+        if joint is None or given.coordinate != f"{joint.name}.angle":
+            continue
+        angles = {GROUND: 0.0, **mechanism.sketch}
+        if joint.first_body in angles and joint.second_body in angles:
+            first, second = (angles[body] for body in (joint.first_body, joint.second_body))
+            if isinstance(first, float) and isinstance(second, float):
+                more.setdefault(given.coordinate, second - first)
+    new = {name: value for name, value in more.items() if name not in mechanism.sketch}
+    return replace(mechanism, sketch=Table({**mechanism.sketch, **new})) if new else mechanism
+
+
+def driver_of(joint: Joint, base: Joint, pose: Pose, throughout: bool) -> Driver:
+    """Return a driver of a joint in place of one that has no meaning: throughout, or at the pose.
+
+    ``base`` is that joint in the mechanism of the pose.
+    """
+    text = f"{joint.name}.{joint.usual}"
+    if throughout:
+        return Driver(text, range="assembled")
+    first, second = (pose.angles.get(body, 0.0) for body in (base.first_body, base.second_body))
+    return Driver(text, at=(pose.slides.get(joint.name, second - first),))
 
 
 def _with_outputs(mechanism: Mechanism, name: str, task: Task, out: list[str]) -> Task:
@@ -173,4 +218,16 @@ def values_of(mechanism: Mechanism, body: str, point: str) -> tuple[float, float
     return values[f"{body}.{point}.x"], values[f"{body}.{point}.y"]
 
 
-__all__ = ["GROUND", "Load", "Pose", "Variant", "made", "moves", "planar", "reach", "values_of"]
+__all__ = [
+    "GROUND",
+    "Load",
+    "Pose",
+    "Translation",
+    "Variant",
+    "driver_of",
+    "made",
+    "moves",
+    "planar",
+    "reach",
+    "values_of",
+]
