@@ -8,7 +8,7 @@ from tests.shared.paths import ROOT
 
 PACKAGE = ROOT / "mechdae"
 BUDGETS = {
-    "describe": 11_110,  # rare kinds in modules of their own, which most problems do not import
+    "describe": 11_150,  # rare kinds in modules of their own, which most problems do not import
     "numerics": 4_610,
     "equations": 7_600,  # what is left out of a scene: rollers, second machines, plane and space
     "results": 3_200,
@@ -20,12 +20,12 @@ BUDGETS = {
     "design": 15_770,
     "tasks": 2_090,
     "cli": 1_490,
-    "parts": 25_350,  # what a page teaches by
+    "parts": 25_740,  # what a page teaches by
 }
 """Room -> most lines of its modules; some of them import what annotations name."""
 ALONE = 845
 """Lines of the modules that stand alone: errors, records, types, additions."""
-TOTAL = 134_450
+TOTAL = 134_900
 LONGEST = 500
 LONGER = {
     "describe/mechanism.py": 570,
