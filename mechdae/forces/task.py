@@ -146,7 +146,8 @@ def with_forces(
     if task.direction == "both":
         other = replace(task, direction="load")
         reverse = with_forces(result, loaded.of(other), other)[0]
-        known = result.summary.names()
+        noted = "notes" in result.summary
+        known = [name for name in result.summary.names() if name != "notes" or noted]
         keys = [k for k in reverse.summary.names() if k not in known or k == "jammed"]
         summary["reverse"] = reverse.summary.only(keys)
     faults += slack(statics, answer)

@@ -14,7 +14,7 @@ BUDGETS = {
     "results": 3_200,
     "draw": 19_620,  # graphs of motions; texts are measured without matplotlib
     "kernels": 7_450,
-    "motion": 22_890,  # poses of several drivers at the speed of one
+    "motion": 22_950,  # poses of several drivers at the speed of one
     "forces": 4_450,
     "dynamics": 8_050,
     "design": 15_770,
@@ -25,7 +25,7 @@ BUDGETS = {
 """Room -> most lines of its modules; some of them import what annotations name."""
 ALONE = 845
 """Lines of the modules that stand alone: errors, records, types, additions."""
-TOTAL = 134_900
+TOTAL = 134_950
 LONGEST = 500
 LONGER = {
     "describe/mechanism.py": 570,

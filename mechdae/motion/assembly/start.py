@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 
@@ -118,13 +119,25 @@ def try_redundant(assembler: Assembler, plan: DriverPlan) -> None:
 
 
 def doubts(
-    assembler: Assembler, plan: DriverPlan, x: Unknowns, u: Floats, slips: Sequence[str] = ()
-) -> list[str]:
-    """Return what looks like a slip of the pen: degrees without a suffix, a far-off sketch.
+    assembler: Assembler, plan: DriverPlan, x: Unknowns, u: Floats,
+    slips: Callable[[], list[str]] = list,
+) -> Callable[[], list[str]]:  # fmt: skip
+    """Return what gives notes on slips of the pen: degrees without a suffix, a far-off sketch.
 
-    `slips` are those of the drivers' values.
+    `slips` are those of the drivers' values. What the search for the pose has noted is kept.
     """
-    notes = list(slips)
+    chosen = [note for chooser in assembler.choosers for note in chooser.notes()]
+    ended, turned = assembler.sketched.ended, assembler.sketched.turned
+    return partial(_doubts, assembler, plan, x, u, slips, chosen, ended, turned)
+
+
+def _doubts(
+    assembler: Assembler, plan: DriverPlan, x: Unknowns, u: Floats, slips: Callable[[], list[str]],
+    chosen: list[str], ended: bool, turned: list[str],
+) -> list[str]:  # fmt: skip
+    """Return the notes of `doubts`."""
+    slipped = slips()
+    notes = [*slipped]
     for c, wanted, value in zip(plan.coordinates, plan.sketch, u, strict=True):
         if math.isfinite(wanted) and wanted != value:
             texts = (f"{c.text} = {shown(c.unit, number)}" for number in (wanted, value))
@@ -135,15 +148,14 @@ def doubts(
         if abs(angle) > MANY:
             notes.append(f"sketch: {body} = {angle:g} is in radians; did you mean {body}_deg?")
     notes += odd_lengths(assembler.scene.model.mechanism)
-    if not slips and plan.values is not None and plan.coordinates[0].is_angle:
+    if not slipped and plan.values is not None and plan.coordinates[0].is_angle:
         turns = float(np.ptp(plan.values[:, 0])) / (2 * math.pi)
         if turns > 5 and len(plan.values) < 20 * turns:
             notes.append(
                 f"{plan.coordinates[0].text} turns {turns:.1f} times in {len(plan.values)} poses; "
                 f"numbers without a suffix are radians"
             )
-    for chooser in assembler.choosers:
-        notes += chooser.notes()
+    notes += chosen
     entries = [entry.coordinate for entry in assembler.sketched.entries]
     told = {c.part for c in (*entries, *plan.coordinates) if not c.is_angle}
     mechanism = assembler.scene.model.mechanism
@@ -153,14 +165,14 @@ def doubts(
             if name in pushed and slide < 0 and name not in told:
                 text = names.get(f"{name}.slide", f"{name}.slide")
                 notes.append(f"{text} is negative at first: {slide:.6g} m, a length backwards")
-    if assembler.sketched.ended:
+    if ended:
         notes.append(
             f"the sketch is too rough to compare all modes: {MOST_BEGUN} were begun, another may "
             f"be nearer to it"
         )
-    if assembler.sketched.turned:
+    if turned:
         notes.append(
-            f"the sketch does not tell how links at {', '.join(assembler.sketched.turned)} are "
+            f"the sketch does not tell how links at {', '.join(turned)} are "
             f"turned about themselves, and no point does: the pose of the least angles is taken"
         )
     for stage, group in enumerate(assembler.scene.groups):

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import field
-from functools import cached_property
+from collections.abc import Callable
+from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,7 +13,7 @@ from mechdae.kernels.graphs.steps import Graphs
 from mechdae.kernels.run.functions import MANY, Batch
 from mechdae.motion.continuation.any_path import AnyPath
 from mechdae.motion.continuation.beyond_ends import HALF_TURN, BeyondEnds
-from mechdae.motion.continuation.output_bounds import WORST, OutputBounds, spread, widened
+from mechdae.motion.continuation.output_bounds import WORST, bounded, spread, widened
 from mechdae.motion.setup.outputs import Outputs
 from mechdae.motion.setup.scales import Constants
 from mechdae.records import dataclass
@@ -47,8 +47,8 @@ class Poses:
     limit positions, ``uncertain`` that a certificate failed, ``singular`` that a group's
     path stops at the pose for another reason than a limit; ``y`` holds outputs and their
     rates with respect to time. ``places`` (n,) are where the poses lie on the path: at ``s``, or
-    whole turns of the driver away where it gets there the other way round. ``bounds`` has the
-    largest bounds of what is reported, ``length`` [m] and ``angle`` [rad], where those are wanted;
+    whole turns of the driver away where it gets there the other way round. ``bounds`` gives the
+    largest bounds of what is reported, ``length`` [m] and ``angle`` [rad], when it is called;
     ``fine`` tells that all poses are certified and none is a limit.
     """
 
@@ -62,7 +62,7 @@ class Poses:
     error: Any
     condition: Floats
     y: list[Any]
-    bounds: dict[str, Floats] = field(default_factory=dict)
+    bounds: Callable[[], dict[str, Floats]] = dict
     fine: bool = False
 
 
@@ -327,8 +327,8 @@ def swept(
         if found is not None:
             return found
     poses = evaluator.at(path, s, rates)
-    bounds = OutputBounds(evaluator.graphs, evaluator.outputs, path.constants)
-    poses.bounds = bounds.by_kind(poses.error.T)
+    numbers = (evaluator.graphs, evaluator.outputs, path.constants)
+    poses.bounds = partial(bounded, *numbers, poses.error)
     if timed is not None:
         poses.y = in_time(poses.y, *timed)
     return poses

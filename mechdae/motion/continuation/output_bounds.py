@@ -84,6 +84,13 @@ class OutputBounds:
         return _worst(known, *self.of(columns), np.empty(len(error)))
 
 
+def bounded(
+    graphs: Graphs, outputs: Outputs, constants: Constants, error: Matrix
+) -> dict[str, Floats]:
+    """Return the largest bounds of outputs by kind for those of the unknowns, (n, nx)."""
+    return OutputBounds(graphs, outputs, constants).by_kind(error.T)
+
+
 def turned(graphs: Graphs) -> float:
     """Return what an error of unknowns, by entries of rotations, makes of an angle.
 

@@ -148,8 +148,10 @@ class Path(AnyPath):
             Test, det and miss of each step, as `step` gives them.
         """
         proved = self.proved(states, *tests, sign)
+        if self.quintics is None:
+            return proved
         left = np.flatnonzero(~proved.all(axis=1))
-        if self.quintics is not None and left.size:
+        if left.size:
             ends, states = np.stack([left, left + 1], axis=1), np.vstack([first, states])
             nothing = np.zeros((len(left), len(sign)))
             found = self.quintics.proved(s[ends], states[ends], self.drivers(s)[ends])
@@ -231,8 +233,8 @@ class Path(AnyPath):
     def sizes(self) -> tuple[Floats, Floats]:
         """Return the largest |x| (nx,) of groups while they followed the path, and |u| (nd,)."""
         S, X, _, _ = self.arrays()
-        size = np.zeros(self.graphs.nx)
-        for b, graph in enumerate(self.graphs.blocks):
+        size = np.abs(X).max(axis=0) if not self.ends else np.zeros(self.graphs.nx)
+        for b, graph in enumerate(self.graphs.blocks if self.ends else ()):
             reach = self.reach[self.block_group[b]]
             ends = [
                 end.x[None, :] for end in (reach.low, reach.high) if end and end.kind == "limit"

@@ -96,5 +96,5 @@ def assembled(
     drivers = tuple(Driver(c.text, at=(sketch[c],)) for c in driven)
     setting = prepare(problem, Sweep(drivers=drivers))
     u, x = start.sketched_pose(setting.assembler, setting.plan, labelled=False)
-    setting.notes[:] = start.doubts(setting.assembler, setting.plan, x, u)
+    setting.notes[:] = start.doubts(setting.assembler, setting.plan, x, u)()
     return setting, u, x

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import field
+from functools import partial
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
@@ -87,6 +88,8 @@ class Setting:
     on_change_point: str
     shape: Shape
     notes: list[str] = field(default_factory=list)
+    doubts: Callable[[], list[str]] = list
+    """Gives notes on the first pose, which only those who read them wait for."""
 
     @property
     def driver_sizes(self) -> Floats:
@@ -235,11 +238,11 @@ def _again(
 
 def first_pose(setting: Setting, task: Sweep) -> tuple[Unknowns, Unknowns]:
     """Return driver values and unknowns of the pose the path starts from."""
-    setting.notes[:] = setting.scene.left_out
+    setting.notes.clear()
     if task.mode is None:
         u, x = start.sketched_pose(setting.assembler, setting.plan)
-        slips = driver_slips(task, setting.scene.model.mechanism)
-        setting.notes += start.doubts(setting.assembler, setting.plan, x, u, slips)
+        slips = partial(driver_slips, task, setting.scene.model.mechanism)
+        setting.doubts = start.doubts(setting.assembler, setting.plan, x, u, slips)
         return u, x
     first = setting.plan.first
     u = np.where(np.isnan(first), start.start_values(setting.plan), first)
@@ -269,7 +272,7 @@ def covered(
         numbers = Constants(graphs, size_u, size_x, kept)
         path, values = follow(numbers)
         found_x, found_u = path.sizes()
-        found = divisors(graphs, *path.on_curves()[1:])
+        found = divisors(graphs, *path.on_curves()[1:]) if graphs.contacts else kept
         safe = not numbers.measured or np.all(numbers.floors[: len(found)] <= SAFE * found)
         if safe and np.all(found_x <= numbers.size_x) and np.all(found_u <= size_u):
             return path, values

@@ -15,6 +15,7 @@ from mechdae.motion.continuation.evaluate import Poses
 from mechdae.motion.kinematics import faults, path_events
 from mechdae.motion.kinematics.prepared import Run, Setting
 from mechdae.motion.setup.drivers import DriverPlan
+from mechdae.motion.setup.outputs import Outputs
 from mechdae.results import (
     CODES,
     FINE,
@@ -29,7 +30,7 @@ from mechdae.results import (
     counts,
     events_of,
 )
-from mechdae.types import Floats, Json
+from mechdae.types import Booleans, Floats, Json
 
 
 def sorted_events(events: Iterable[Mapping[str, Any]], moving: int = 0) -> list[Mapping[str, Any]]:
@@ -52,8 +53,7 @@ def report(problem: Problem, name: str, task: Sweep, setting: Setting, run: Run)
         values, lost = expressions.evaluate(there, time, certified)
         named["outputs"], lost = expressions.reported(values), expressions.notes + lost
     if not poses.fine:
-        for numbers in (*poses.bounds.values(), poses.condition):
-            numbers[~certified] = np.nan
+        poses.condition[~certified] = np.nan
     failed = []
     if status.any() and among(status, LOST).any():
         failed = faults.failed_intervals(setting, run, status)
@@ -79,9 +79,7 @@ def report(problem: Problem, name: str, task: Sweep, setting: Setting, run: Run)
     notes = [*setting.notes]
     if run.path.ends or run.path.zones:
         notes += path_events.near_crossings(setting, run.path)
-    notes += lost + found.notes
-    if notes:
-        summary["notes"] = notes
+    summary["notes"] = _notes(setting, notes + lost + found.notes)
     opened = bool(setting.scene.redundant) and problem.mechanism.tolerance > 0
     if opened or (task.derivatives and task.untimed):
         from mechdae.describe.assumed import about_closure, about_speeds
@@ -107,7 +105,7 @@ def report(problem: Problem, name: str, task: Sweep, setting: Setting, run: Run)
         problem.title,
         drivers=_drivers(plan, run.values, task),
         status=status,
-        bound=Series(poses.bounds),
+        bound=_bounds(poses, outputs, certified),
         condition=poses.condition,
         events=_in_order(setting, run, [*run.events, *events, *found.events]),
         summary=summary,
@@ -116,6 +114,31 @@ def report(problem: Problem, name: str, task: Sweep, setting: Setting, run: Run)
         time=plan.timing.times if plan.timing else None,
         **named,
     )
+
+
+def _bounds(poses: Poses, outputs: Outputs, certified: Booleans) -> Series:
+    """Return the largest bounds of certified poses by kind, computed when they are read."""
+    given, fine = poses.bounds, poses.fine
+
+    def bounds() -> dict[str, Floats]:
+        found = given()
+        for numbers in () if fine else found.values():
+            numbers[~certified] = np.nan
+        return found
+
+    later = LazyPart(bounds)
+    return Series(dict.fromkeys(outputs.bound_words, later))
+
+
+def _notes(setting: Setting, more: list[str]) -> LazyPart:
+    """Return the notes on the scene and the first pose, and more, where there are any."""
+    left_out, doubts = setting.scene.left_out, setting.doubts
+
+    def notes() -> dict[str, list[str]]:
+        every = [*left_out, *doubts(), *more]
+        return {"notes": every} if every else {}
+
+    return LazyPart(notes)
 
 
 def _work(setting: Setting, run: Run) -> LazyPart:

@@ -136,7 +136,7 @@ class Outputs:
         columns = tuple(range(start, start + len(scalars)))
         self.entries.append(ReportedQuantity(kind, part, name, columns, bodies))
 
-    @property
+    @cached_property
     def bounded(self) -> dict[str, list[int]]:
         """The columns of which bounds are told, by what these are called; none without columns."""
         turns = [i for e in self.entries if e.is_output and e.unit == "rad" for i in e.columns]
@@ -144,10 +144,15 @@ class Outputs:
         kinds = (("length", lengths), ("angle", turns))
         return {word: columns for word, columns in kinds if columns}
 
-    @property
+    @cached_property
     def matrices(self) -> list[int]:
         """The columns of rotation matrices of bodies."""
         return [i for entry in self.entries if entry.is_orientation for i in entry.columns]
+
+    @property
+    def bound_words(self) -> list[str]:
+        """What bounds are told of: ``length``, ``angle``, those that there are."""
+        return list(dict.fromkeys([*self.bounded, *(["angle"] if self.matrices else [])]))
 
     @property
     def without_rates(self) -> list[int]:
@@ -156,6 +161,17 @@ class Outputs:
             return []
         turns = (e for e in self.entries if e.kind == "joints" and e.quantity is ANGLE)
         return [i for entry in turns for i in entry.columns]
+
+    @cached_property
+    def _reported(self) -> list[tuple[ReportedQuantity, tuple[str, ...], Any]]:
+        """What is reported: quantities, names of their rates, where they are in arrays y."""
+        found = []
+        for entry in self.entries:
+            if entry.name != "guide" and entry.kind != "hidden":
+                first, last = entry.columns[0], entry.columns[-1]
+                columns = slice(first, last + 1) if entry.name == "position" else first
+                found.append((entry, self._names(entry), (slice(None), columns)))
+        return found
 
     def _names(self, entry: ReportedQuantity) -> tuple[str, ...]:
         """Return the names of a quantity and of its rates."""
@@ -205,18 +221,13 @@ class Outputs:
             "points": {},
             "joints": {},
         }
-        for entry in self.entries:
-            if entry.name == "guide" or entry.kind == "hidden":
-                continue
+        for entry, names, columns in self._reported:
             series = tables[entry.kind].setdefault(entry.part, {})
-            names = self._names(entry)
             if entry.name in TURNS:
                 series |= turning([y[:, list(entry.columns)] for y in values], names)
                 continue
-            for order, name in enumerate(names[: len(values)]):
-                first, last = entry.columns[0], entry.columns[-1]
-                one = entry.name != "position"
-                series[name] = values[order][:, first if one else slice(first, last + 1)]
+            for name, y in zip(names, values, strict=False):
+                series[name] = y[columns]
         if len(values) >= 3:
             for entry in self.entries if not self.scene.model.joint_rates else ():
                 if entry.name == "slide":

@@ -197,7 +197,7 @@ def measure(
         common = {
             "work": item.name, "setting": "", "n": n, "error": error, "allowed": allowed,
             "not_ok": int((~poses.alive.all(axis=1)).sum()),
-            "bound": max((float(np.nanmax(bound)) for bound in poses.bounds.values()), default=0.0),
+            "bound": max(map(float, map(np.nanmax, poses.bounds().values())), default=0.0),
         }  # fmt: skip
         records += [{**common, "method": method, **timing(*both)} for method, both in timed.items()]
         for other in others(item, setting, found) if others is not None else ():

@@ -113,7 +113,8 @@ class ManyPoses:
         shape = (n, len(self.evaluator.groups))
         alive, nothing = np.broadcast_to(True, shape), np.broadcast_to(False, n)
         poses = Poses(self.s, self.s, x, alive, nothing, nothing, nothing, None, self.condition, y)
-        poses.bounds = self.bounds
+        bounds = self.bounds
+        poses.bounds = lambda: bounds
         poses.fine = not rest.size
         if rest.size:
             self._put(poses, rest)
