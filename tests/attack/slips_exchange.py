@@ -8,9 +8,11 @@ from pathlib import Path
 import numpy as np
 
 import mechdae as md
+from mechdae.parts.exchange.robots.actuators import actuators
 from mechdae.parts.exchange.robots.link_frames import of_quaternion, quaternion, turned
 from mechdae.parts.exchange.robots.link_tree import link_tree
-from tests.shared.exports import coordinate, in_space, motion
+from mechdae.tasks.motion_of import motion_of
+from tests.shared.exports import block, coordinate, in_space, motion
 from tests.shared.paths import DATA
 from tests.shared.planting import Slip
 from tests.shared.round_trips import CLOSE, back, faults
@@ -83,6 +85,14 @@ def turns() -> float:
     return float(np.abs(of_quaternion(quaternion(R)) - R).max()) / EXACT
 
 
+def drives() -> float:
+    """A block of 3 kg on a guide is held by a spring of 3 w^2, its drive weighs a share of that."""
+    (one,), _ = actuators(link_tree(motion_of(block(), None)))
+    gains = np.array([one.stiffness, one.damping, one.armature(0.0005), one.low, one.high])
+    known = np.array([3 * 200.0**2, 2 * 3 * 200.0, 3 * 0.2**2, 0.19, 0.41])
+    return float(np.abs(gains / known - 1).max()) / EXACT
+
+
 FROM, TREE = "parts.exchange.drawings.from_drawing", "parts.exchange.robots.link_tree"
 SLIPS = [
     Slip(FROM, "self.grounded and not outer", "self.grounded and outer", circles, BACK),
@@ -104,6 +114,11 @@ SLIPS = [
     Slip("parts.exchange.robots.couplings", "_plus(first, second, -joint.turn_ratio(",
          "_plus(first, second, joint.turn_ratio(", meshes,
          f"{ROBOTS}test_sdf_gears_have_the_sign_of_the_format"),
+    Slip("parts.exchange.robots.actuators", "(step / FOLLOWED) ** 2", "step / FOLLOWED", drives,
+         f"{ROBOTS}test_drivers_have_actuators_in_all_formats"),
+    Slip("parts.exchange.robots.actuators", "link.mass.mass / len(link.points)",
+         "link.mass.mass / 2",
+         drives, f"{ROBOTS}test_drivers_have_actuators_in_all_formats"),
     Slip("parts.exchange.robots.link_frames", "R[2, 1] - R[1, 2], R[0, 2] - R[2, 0]",
          "R[1, 2] - R[2, 1], R[0, 2] - R[2, 0]", turns, CLOSES),
 ]  # fmt: skip

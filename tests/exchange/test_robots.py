@@ -16,11 +16,37 @@ from mechdae.parts.exchange.robots.mimic import NotProved, mimics
 from mechdae.parts.exchange.robots.sdf import sdf
 from mechdae.parts.exchange.robots.urdf import urdf
 from mechdae.tasks.motion_of import motion_of
-from tests.shared.exports import GRAVITY, coordinate, in_space, keep_for, motion, rows
+from tests.shared.exports import GRAVITY, block, coordinate, in_space, keep_for, motion, rows
 from tests.shared.paths import DATA
 
 CLOSURE = 1e-9
 EXCAVATOR = str(DATA / "excavator-massless-cylinders.toml")
+
+
+def test_drivers_have_actuators_in_all_formats() -> None:
+    """A block of 3 kg on a guide moves 3 kg: its spring is 3 w^2, w = 200 rad/s."""
+    texts = {form: md.exported(block(), form).text for form in ("mjcf", "sdf", "urdf")}
+    roots = {form: ET.fromstring(text) for form, text in texts.items()}
+    spring = roots["mjcf"].find("actuator/position")
+    assert spring is not None
+    assert float(spring.get("kp", 0)) == pytest.approx(3 * 200**2, rel=1e-12)
+    assert float(spring.get("kv", 0)) == pytest.approx(2 * 3 * 200, rel=1e-12)
+    low, high = (float(word) for word in spring.get("ctrlrange", "").split())
+    assert (low, high) == pytest.approx((0.19, 0.41), rel=1e-9)
+    joint = roots["mjcf"].find(".//joint[@armature]")
+    assert joint is not None
+    assert float(joint.get("armature", 0)) == pytest.approx(0.12, rel=1e-12)  # 3 (200 / 1000)^2
+    key = roots["mjcf"].find("keyframe/key")
+    assert key is not None
+    assert float(key.get("ctrl", 0)) == pytest.approx(0.2, rel=1e-12)
+    plugin = roots["sdf"].find("model/plugin")
+    assert plugin is not None
+    assert plugin.findtext("joint_name") == "guide"
+    assert float(plugin.findtext("p_gain") or 0) == pytest.approx(3 * 200**2, rel=1e-12)
+    limits = [float(roots["sdf"].findtext(f".//axis/limit/{e}") or 0) for e in ("lower", "upper")]
+    assert limits == pytest.approx([-0.01, 0.21], rel=1e-9)
+    given = {e.get("name"): float(e.text or 0) for e in roots["urdf"].iterfind(".//param")}
+    assert given == pytest.approx({"min": 0.19, "max": 0.41, "initial_value": 0.2}, rel=1e-9)
 
 
 # -- URDF by a reader of others --------------------------------------------------------------------

@@ -19,6 +19,17 @@ def motion(name: str, task: str | None = None) -> ExportedMotion:
     return motion_of(md.load(name), task)
 
 
+def block() -> md.Problem:
+    """Return a block of 3 kg that is moved along a guide from 0.2 to 0.4 m."""
+    mechanism = md.Mechanism(
+        ground=md.Ground({"O": (0.0, 0.0)}),
+        bodies={"block": md.Body("block", {"P": (0.0, 0.0)}, mass=3.0, inertia=0.1)},
+        joints={"guide": md.Prismatic("guide", "ground.O", "block.P")},
+    )
+    task = md.Sweep(md.Driver("guide.slide", from_=0.2, to=0.4))
+    return md.Problem(mechanism, {"move": task}, name="block")
+
+
 def rows(name: str, count: int = 200) -> list[int]:
     """Return up to `count` assembled poses, equally spaced."""
     every = motion(name).rows

@@ -24,7 +24,7 @@ from mechdae.numerics.arms.chain import AXES, frames, mirrored, mirrored_hands
 from mechdae.types import Booleans, Complexes, Floats, Matrices, Matrix, Numbers
 
 MOST, FUNCTIONS, PAIR = 16, 14, 8
-STEPS = 6
+STEPS = 14
 SAME, CLOSE = 1e-6, 1e-3
 """Distances of angles below which certified solutions, and singular poses, are one [rad]."""
 OPEN = 1e-7

@@ -11,12 +11,16 @@ from typing import Any
 import numpy as np
 
 from mechdae.describe import GROUND
+from mechdae.parts.exchange.robots.actuators import actuators
 from mechdae.parts.exchange.robots.link_frames import BodyFrame, placed, quaternion
 from mechdae.parts.exchange.robots.link_tree import LinkTree, link_tree, small_mass
 from mechdae.parts.exchange.robots.tree_parts import ElementaryMotion, LoopJoint, TreeLink
 from mechdae.parts.exchange.robots.xml_text import Element, document, numbers, put, remark
 from mechdae.tasks import ExportedMotion
 from mechdae.types import Floats
+
+STEP = 0.0005
+"""Time step [s]."""
 
 
 def mjcf(motion: ExportedMotion) -> dict[str, str]:
@@ -27,6 +31,7 @@ def mjcf(motion: ExportedMotion) -> dict[str, str]:
 class _Model:
     def __init__(self, tree: LinkTree) -> None:
         self.tree, self.motion = tree, tree.motion
+        self.actuators, self.others = actuators(tree)
         self.root = Element("mujoco", model=self.motion.problem.name)
         self.elements: dict[str, Element] = {}
         self.equalities: list[tuple[str, dict[str, Any]]] = []
@@ -36,13 +41,12 @@ class _Model:
         root, tree = self.root, self.tree
         self._head()
         put(root, "compiler", angle="radian", autolimits="true")
-        put(
-            root, "option", timestep=0.0005, gravity=tree.gravity(), iterations=200, tolerance=1e-12
-        )
+        settings = {"timestep": STEP, "iterations": 200, "tolerance": 1e-12}
+        put(root, "option", integrator="implicitfast", gravity=tree.gravity(), **settings)
         default = put(root, "default")
         put(default, "geom", contype="0", conaffinity="0", rgba="0.35 0.45 0.6 1")
-        remark(default, "loops are closed again within 2 ms (4 steps), to 1e-4 of a force")
-        put(default, "equality", solref="0.002 1", solimp="0.999 0.9999 0.0001")
+        remark(default, "loops are closed again within 1 ms (2 steps), to 1e-4 of a force")
+        put(default, "equality", solref=[2 * STEP, 1], solimp="0.999 0.9999 0.0001")
         world = put(root, "worldbody")
         self.elements[GROUND] = world
         for point in self.motion.mechanism.ground.points:
@@ -53,6 +57,7 @@ class _Model:
         for coupling in tree.couplings:
             self._couple(coupling.joint, dict(coupling.factors))
         self._equations()
+        self._drive()
         return document(root)
 
     def _head(self) -> None:
@@ -70,6 +75,21 @@ class _Model:
     def _ground(self, point: str) -> Floats:
         values, axes = self.motion.mechanism.values(), self.motion.mechanism.axes
         return placed([values[f"{GROUND}.{point}.{axis}"] for axis in axes])
+
+    def _drive(self) -> None:
+        """Put actuators that hold the drivers, and the pose in which the model stands, as a key."""
+        found = self.actuators
+        for name in self.others:
+            remark(self.root, f"no actuator for the driver {name}, which is no joint of the tree")
+        if not found:
+            return
+        block = put(self.root, "actuator")
+        for one in found:
+            given = {"kp": one.stiffness, "kv": one.damping, "ctrlrange": [one.low, one.high]}
+            put(block, "position", name=one.driver, joint=one.coordinate, **given)
+        remark(self.root, "the key holds this pose: mj_resetDataKeyframe(model, data, 0)")
+        key = put(put(self.root, "keyframe"), "key", name="assembled")
+        key.set("ctrl", numbers(one.start for one in found))
 
     # -- bodies ----------------------------------------------------------------------------
 
@@ -94,8 +114,8 @@ class _Model:
         quat = quaternion(seen.R)
         return put(self.elements[parent], "body", name=name, pos=seen.origin, quat=quat)
 
-    @staticmethod
-    def _joints(body: Element, motions: tuple[ElementaryMotion, ...]) -> None:
+    def _joints(self, body: Element, motions: tuple[ElementaryMotion, ...]) -> None:
+        driven = {one.coordinate: one for one in self.actuators}
         for motion in motions:
             if motion.kind == "free":
                 put(body, "freejoint", name=motion.coordinate)
@@ -104,6 +124,8 @@ class _Model:
             given["pos"] = motion.anchor
             if motion.kind != "ball":
                 given |= {"axis": motion.axis, "ref": motion.start}
+            if motion.coordinate in driven:
+                given["armature"] = driven[motion.coordinate].armature(STEP)
             put(body, "joint", **given)
 
     def _drawn(self, body: Element, link: TreeLink) -> None:

@@ -12,6 +12,7 @@ import numpy as np
 
 from mechdae.describe import GROUND
 from mechdae.errors import UnavailableError
+from mechdae.parts.exchange.robots.actuators import actuators
 from mechdae.parts.exchange.robots.link_frames import HOME, BodyFrame, MassOf, Z, quaternion
 from mechdae.parts.exchange.robots.link_tree import LinkTree, link_tree, small_mass
 from mechdae.parts.exchange.robots.single_freedoms import (
@@ -25,6 +26,10 @@ from mechdae.tasks import ExportedMotion
 from mechdae.types import Floats
 
 VERSION = "1.10"
+CONTROLLER = (
+    "gz-sim-joint-position-controller-system",
+    "gz::sim::systems::JointPositionController",
+)
 TYPES = {"hinge": "revolute", "slide": "prismatic", "ball": "ball"}
 
 
@@ -36,6 +41,8 @@ def sdf(motion: ExportedMotion) -> dict[str, str]:
 class _World:
     def __init__(self, tree: LinkTree) -> None:
         self.tree, self.motion = tree, tree.motion
+        self.actuators, _ = actuators(tree)
+        self.names: dict[str, str] = {}
         self.root = Element("sdf", version=VERSION)
         self.model = put(self.root, "model", name=self.motion.problem.name)
 
@@ -55,7 +62,17 @@ class _World:
                 self._joints(loop_chain(tree, loop))
         for coupling in tree.couplings:
             self._gear(coupling.joint)
+        self._drive()
         return document(self.root)
+
+    def _drive(self) -> None:
+        """Put controllers that hold the drivers; positions are counted from this pose."""
+        for one in self.actuators:
+            plugin = put(self.model, "plugin", filename=CONTROLLER[0], name=CONTROLLER[1])
+            put(plugin, "joint_name", self.names[one.coordinate])
+            for tag, value in (("p_gain", one.stiffness), ("d_gain", one.damping)):
+                put(plugin, tag, number(value))
+            put(plugin, "initial_position", "0")
 
     def _head(self) -> None:
         tree = self.tree
@@ -119,7 +136,14 @@ class _World:
                 offset = offset + (single.motion.anchor if single.motion else 0.0)
             self._pose(joint, BodyFrame(offset, HOME.R))
             if single.motion is not None and single.motion.kind != "ball":
-                put(put(joint, "axis"), "xyz", numbers(single.axis))
+                axis = put(joint, "axis")
+                put(axis, "xyz", numbers(single.axis))
+                self.names[single.motion.coordinate] = single.name
+                for one in self.actuators:
+                    if one.coordinate == single.motion.coordinate:
+                        limit = put(axis, "limit")
+                        put(limit, "lower", number(one.low - one.start))
+                        put(limit, "upper", number(one.high - one.start))
 
     def _is_screw(self, single: ChainJoint) -> bool:
         joint = self.motion.mechanism.joints.get(single.name.removesuffix("_slide"))

@@ -14,6 +14,7 @@ import numpy as np
 from mechdae import __version__
 from mechdae.describe import GROUND
 from mechdae.errors import InputError, UnavailableError
+from mechdae.parts.exchange.robots.actuators import Actuator, actuators
 from mechdae.parts.exchange.robots.link_frames import BodyFrame, MassOf, turned
 from mechdae.parts.exchange.robots.link_tree import LinkTree, driven_joint, link_tree, small_mass
 from mechdae.parts.exchange.robots.mimic import Mimics, NotProved, mimics
@@ -110,7 +111,22 @@ class _Robot:
                     self._link(joint.child, small_mass(tree, edge.parent, edge.child))
                 self._joint(joint, above)
                 above = joint.frame
+        self._drive(actuators(tree)[0])
         return document(self.root)
+
+    def _drive(self, found: list[Actuator]) -> None:
+        """Put what controllers of ROS command: the drivers, with their ranges and first values."""
+        if not found:
+            return
+        block = put(self.root, "ros2_control", name="drivers", type="system")
+        put(put(block, "hardware"), "plugin", "gz_ros2_control/GazeboSimSystem")
+        for one in found:
+            joint = put(block, "joint", name=self.names[one.coordinate])
+            command = put(joint, "command_interface", name="position")
+            put(command, "param", number(one.low), name="min")
+            put(command, "param", number(one.high), name="max")
+            state = put(joint, "state_interface", name="position")
+            put(state, "param", number(one.start), name="initial_value")
 
     def _link(self, name: str, mass: MassOf) -> Element:
         element = put(self.root, "link", name=name)
