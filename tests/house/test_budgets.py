@@ -20,12 +20,12 @@ BUDGETS = {
     "design": 15_770,
     "tasks": 2_090,
     "cli": 1_490,
-    "parts": 25_740,  # what a page teaches by
+    "parts": 25_900,  # what a page teaches by
 }
 """Room -> most lines of its modules; some of them import what annotations name."""
 ALONE = 845
 """Lines of the modules that stand alone: errors, records, types, additions."""
-TOTAL = 134_950
+TOTAL = 135_100
 LONGEST = 500
 LONGER = {
     "describe/mechanism.py": 570,

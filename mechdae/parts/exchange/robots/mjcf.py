@@ -41,7 +41,7 @@ class _Model:
         root, tree = self.root, self.tree
         self._head()
         put(root, "compiler", angle="radian", autolimits="true")
-        settings = {"timestep": STEP, "iterations": 200, "tolerance": 1e-12}
+        settings: dict[str, Any] = {"timestep": STEP, "iterations": 200, "tolerance": 1e-12}
         put(root, "option", integrator="implicitfast", gravity=tree.gravity(), **settings)
         default = put(root, "default")
         put(default, "geom", contype="0", conaffinity="0", rgba="0.35 0.45 0.6 1")
@@ -85,7 +85,11 @@ class _Model:
             return
         block = put(self.root, "actuator")
         for one in found:
-            given = {"kp": one.stiffness, "kv": one.damping, "ctrlrange": [one.low, one.high]}
+            given: dict[str, Any] = {
+                "kp": one.stiffness,
+                "kv": one.damping,
+                "ctrlrange": [one.low, one.high],
+            }
             put(block, "position", name=one.driver, joint=one.coordinate, **given)
         remark(self.root, "the key holds this pose: mj_resetDataKeyframe(model, data, 0)")
         key = put(put(self.root, "keyframe"), "key", name="assembled")
