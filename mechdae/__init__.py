@@ -66,6 +66,7 @@ _HOMES = {
     "mechdae.draw": "plot",
     "mechdae.parts.models.factories": "four_bar slider_crank inverted_slider_crank five_bar watt "
     "stephenson rssr cylinder",
+    "mechdae.parts.models.builder": "Builder build",
     "mechdae.parts.page": "Page page",
     "mechdae.parts.proof": "certify check_certificate",
     "mechdae.parts.paper.explanations": "Explanation explain",
@@ -112,6 +113,12 @@ def _for_picture(*asked: object) -> Any:
 def _with_sketch(problem: object) -> Any:
     """Return a problem without tasks with that of its sketch, for pictures."""
     return importlib.import_module("mechdae.tasks.pictures").with_sketch(problem)
+
+
+def _sketched(subject: object) -> str:
+    """Return the diagram of a sketch as an address for HTML, "" where it has none."""
+    url: str = importlib.import_module("mechdae.draw").sketch_url(subject)
+    return url
 
 
 def __dir__() -> list[str]:

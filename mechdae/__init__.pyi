@@ -75,6 +75,8 @@ from mechdae.parts.exchange import Exported as Exported
 from mechdae.parts.exchange import exported as exported
 from mechdae.parts.exchange import imported as imported
 from mechdae.parts.exchange.robots.arm_of_urdf import arm_from_urdf as arm_from_urdf
+from mechdae.parts.models.builder import Builder as Builder
+from mechdae.parts.models.builder import build as build
 from mechdae.parts.models.factories import cylinder as cylinder
 from mechdae.parts.models.factories import five_bar as five_bar
 from mechdae.parts.models.factories import four_bar as four_bar
@@ -135,6 +137,7 @@ __all__ = [
     "Assignments",
     "Belt",
     "Body",
+    "Builder",
     "Composition",
     "Curve",
     "CurveGoal",
@@ -212,6 +215,7 @@ __all__ = [
     "arm_poses",
     "assign",
     "assur_groups",
+    "build",
     "certify",
     "chains",
     "check_certificate",

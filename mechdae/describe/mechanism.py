@@ -185,9 +185,10 @@ class Mechanism(Record):
             drawn.check_drawn(self.joints, self.values(), self.scale)
 
     def _repr_html_(self) -> str:
-        """Return the screen of its parts for notebooks; ``md.plot`` draws it."""
-        lines = import_module(SCREEN).mechanism_lines(self, {})
-        return f"<pre>{import_module('html').escape(chr(10).join(lines))}</pre>"
+        """Return the diagram of the sketch and its parts, for notebooks."""
+        screen = import_module(SCREEN)
+        text: str = screen.in_notebook(self, "\n".join(screen.mechanism_lines(self, {})))
+        return text
 
     def body(self, name: str) -> Body | Ground:
         """Return the body of that name, or the ground."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+from dataclasses import replace
 from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
@@ -164,6 +165,18 @@ def data_url(result: Any) -> str:
             return figure.data_url(_side_by_side(result))
         return figure.data_url(plot(result))
     except MechdaeError:  # what a task did not ask for cannot be drawn
+        return ""
+
+
+def sketch_url(subject: Problem | Mechanism) -> str:
+    """Return the diagram of a sketch as the address of an ``<img>``, "" where it has none."""
+    from mechdae.draw import figure
+
+    if isinstance(subject, Problem):
+        subject = replace(subject, tasks=Table(), expected=())
+    try:
+        return figure.data_url(plot(subject, "diagram"))
+    except MechdaeError:
         return ""
 
 

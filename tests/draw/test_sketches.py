@@ -68,5 +68,5 @@ def test_a_sketch_that_tells_too_little_is_named(tmp_path) -> None:
 
 def test_mechanisms_in_notebooks_are_screens() -> None:
     html = md.load("four-bar-crank-rocker").mechanism._repr_html_()
-    assert html.startswith("<pre>bodies")
+    assert "<pre>bodies" in html
     assert "B: revolute crank.B - coupler.B" in html

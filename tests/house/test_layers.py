@@ -71,7 +71,8 @@ ROOMS = {
     "motion.kinematics motion.measures motion.setup results tasks",
     "parts.exchange": "cli describe draw equations errors kernels motion.continuation "
     "motion.kinematics numerics.arms results tasks tasks.export types",
-    "parts.models": "describe errors motion.assembly motion.kinematics motion.setup types",
+    "parts.models": "describe draw equations errors motion.assembly motion.kinematics motion.setup "
+    "results tasks types",
     "parts.paper": "cli describe draw draw.formulas errors results tasks tasks.export types",
     "parts.proof": "cli describe equations errors kernels motion.cases motion.continuation "
     "motion.kinematics motion.setup results",

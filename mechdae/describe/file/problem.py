@@ -86,10 +86,10 @@ class Problem(Record):
         return "\n".join(lines)
 
     def _repr_html_(self) -> str:
-        """Return the screen for notebooks."""
-        import html
+        """Return the diagram of the sketch and the screen, for notebooks."""
+        from mechdae.describe.file.screen import in_notebook
 
-        return f"<pre>{html.escape(str(self))}</pre>"
+        return in_notebook(self, str(self))
 
     def task(self, name: str | None) -> Task:
         """Return the task of that name; None: the only or first one."""

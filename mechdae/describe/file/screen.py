@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import html
 import textwrap
 from collections.abc import Iterable, Mapping
+from importlib import import_module
 from typing import Any
 
 from mechdae.describe.dimensions import parameter_units
@@ -13,6 +15,13 @@ from mechdae.describe.tasks.kinds import Task
 WIDE = 100
 MOST = 24
 """Parts of a kind that are listed."""
+
+
+def in_notebook(subject: object, text: str) -> str:
+    """Return the diagram of a problem's or mechanism's sketch and a text, for notebooks."""
+    url = import_module("mechdae")._sketched(subject)
+    picture = f'<img src="{url}" alt="as sketched">' if url else ""
+    return f"{picture}<pre>{html.escape(text)}</pre>"
 
 
 def mechanism_lines(mechanism: Mechanism, tasks: Mapping[str, Task]) -> list[str]:

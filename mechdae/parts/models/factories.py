@@ -136,8 +136,8 @@ def cylinder(
     """Return a cylinder from H to a lever's A, driven from its shut to its open length.
 
     ``(hx, hy)`` is H from the lever's pin O, ``lever`` OA. With ``bore`` or a load ``F`` at the
-    distance ``reach`` its first task gives forces, with the ``pressure`` that they need. The rest
-    is as for `four_bar`.
+    distance ``reach`` its first task gives forces: ``needed`` is the pressure [Pa] that they take,
+    ``share`` that of the ``pressure`` there is. The rest is as for `four_bar`.
     """
     sizes = {"hx": hx, "hy": hy, "lever": lever, "closed": closed, "opened": opened}
     apart = math.hypot(hx, hy)
