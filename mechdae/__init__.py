@@ -66,7 +66,7 @@ _HOMES = {
     "mechdae.draw": "plot",
     "mechdae.parts.models.factories": "four_bar slider_crank inverted_slider_crank five_bar watt "
     "stephenson rssr cylinder",
-    "mechdae.parts.models.builder": "Builder build",
+    "mechdae.parts.models.builder": "DrawnMechanism build",
     "mechdae.parts.page": "Page page",
     "mechdae.parts.proof": "certify check_certificate",
     "mechdae.parts.paper.explanations": "Explanation explain",

@@ -75,7 +75,7 @@ from mechdae.parts.exchange import Exported as Exported
 from mechdae.parts.exchange import exported as exported
 from mechdae.parts.exchange import imported as imported
 from mechdae.parts.exchange.robots.arm_of_urdf import arm_from_urdf as arm_from_urdf
-from mechdae.parts.models.builder import Builder as Builder
+from mechdae.parts.models.builder import DrawnMechanism as DrawnMechanism
 from mechdae.parts.models.builder import build as build
 from mechdae.parts.models.factories import cylinder as cylinder
 from mechdae.parts.models.factories import five_bar as five_bar
@@ -137,12 +137,12 @@ __all__ = [
     "Assignments",
     "Belt",
     "Body",
-    "Builder",
     "Composition",
     "Curve",
     "CurveGoal",
     "Cylindrical",
     "Distance",
+    "DrawnMechanism",
     "Driver",
     "Equilibrium",
     "EquilibriumResult",

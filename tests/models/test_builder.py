@@ -11,7 +11,7 @@ import pytest
 import mechdae as md
 
 
-def slider_crank() -> md.Builder:
+def slider_crank() -> md.DrawnMechanism:
     m = md.build(units="mm,deg", title="own slider-crank")
     m.body("crank").body("rod", P=(60, 80)).body("slider")
     m.pin("O", "ground", "crank", at=(0, 0)).pin("B", "crank", "rod", at=(30, 40))
@@ -49,7 +49,7 @@ def test_a_builder_says_what_is_missing() -> None:
     assert "2 freedoms" in repr(m)
     m.slide("guide", "ground.O", "slider.C")
     assert m.missing() == []
-    assert repr(m) == "<Builder: 3 bodies, 4 joints; complete>"
+    assert repr(m) == "<DrawnMechanism: 3 bodies, 4 joints; complete>"
 
 
 def test_it_draws_itself_before_it_is_complete() -> None:

@@ -35,7 +35,7 @@ DRAWN = 1e-9
 POSES = 181
 
 
-def build(units: str = "m", title: str = "") -> Builder:
+def build(units: str = "m", title: str = "") -> DrawnMechanism:
     """Return a builder: bodies and joints by places in one drawn pose, all in `units`.
 
     Examples
@@ -46,10 +46,10 @@ def build(units: str = "m", title: str = "") -> Builder:
     >>> m.pin("C", "rod", "slider", at=(150, 0)).slide("guide", "ground.O", "slider.C")
     >>> m.solve()
     """
-    return Builder(units, title)
+    return DrawnMechanism(units, title)
 
 
-class Builder:
+class DrawnMechanism:
     """Bodies and joints of a planar mechanism by places in one drawn pose.
 
     Every method returns the builder. In a notebook it shows itself, complete or not.
@@ -79,7 +79,7 @@ class Builder:
 
     # -- what it is made of ------------------------------------------------------------------
 
-    def body(self, name: str, *, mass: float | None = None, **points: Place) -> Builder:
+    def body(self, name: str, *, mass: float | None = None, **points: Place) -> DrawnMechanism:
         """Add a body, or points to one: ``m.body("coupler", P=(60, 80))``.
 
         A mass is that of a point, the body's first one.
@@ -91,7 +91,7 @@ class Builder:
             self._masses[name] = mass / self._mass
         return self
 
-    def pin(self, name: str, first: str, second: str, at: Place | None = None) -> Builder:
+    def pin(self, name: str, first: str, second: str, at: Place | None = None) -> DrawnMechanism:
         """Join two bodies by a pin at a place, or at a point that one of them has already.
 
         `first` and `second` are bodies, ``"crank"``, or their points, ``"crank.B"``; without a
@@ -99,13 +99,13 @@ class Builder:
         """
         return self._add(Revolute(name, *self._ends(name, first, second, at)))
 
-    def weld(self, name: str, first: str, second: str, at: Place | None = None) -> Builder:
+    def weld(self, name: str, first: str, second: str, at: Place | None = None) -> DrawnMechanism:
         """Make two bodies one, as they are drawn."""
         return self._add(Weld(name, *self._ends(name, first, second, at)))
 
     def slide(
         self, name: str, first: str, second: str, at: Place | None = None, angle: float = 0.0
-    ) -> Builder:
+    ) -> DrawnMechanism:
         """Guide the second body along a line of the first through a place; `angle` as drawn.
 
         Points that are there already may be apart, along the line: the slide is their distance.
@@ -126,7 +126,9 @@ class Builder:
         self._guides[name] = turned
         return self._add(Prismatic(name, *ends))
 
-    def cylinder(self, name: str, first: str, second: str, bore: float | None = None) -> Builder:
+    def cylinder(
+        self, name: str, first: str, second: str, bore: float | None = None
+    ) -> DrawnMechanism:
         """Put a cylinder between two points; it is driven unless another driver is named.
 
         Its length is ``NAME.slide``; with a `bore` the output ``NAME_pressure`` [Pa] is what tasks
@@ -153,14 +155,14 @@ class Builder:
             self._outputs[f"{name}_pressure"] = f"{name}.effort/{area!r}"
         return self
 
-    def joint(self, joint: Joint) -> Builder:
+    def joint(self, joint: Joint) -> DrawnMechanism:
         """Add any other joint, as a value: ``md.Gear(...)``, between points that have places."""
         for end in (joint.first, joint.second):
             if self._known(end) is None:
                 raise InputError(f"{end} has no place yet", where=joint.name)
         return self._add(joint)
 
-    def force(self, name: str, point: str, value: Place) -> Builder:
+    def force(self, name: str, point: str, value: Place) -> DrawnMechanism:
         """Let a force act at a point, in the axes of the drawing."""
         x, y = (float(part) / self._force for part in value)
         self._forces[name] = Force(name, self._end(name, point), (x, y))
@@ -172,7 +174,7 @@ class Builder:
         start: float | None = None,
         end: float | None = None,
         speed: float | None = None,
-    ) -> Builder:
+    ) -> DrawnMechanism:
         """Drive a body's angle or a joint's slide, from `start` to `end` or all that assembles."""
         if coordinate in self._places:
             coordinate = f"{coordinate}.angle"
@@ -290,7 +292,7 @@ class Builder:
         """Return a line with what it is made of, and what is missing."""
         counts = f"{len(self._places) - 1} bodies, {len(self._joints)} joints"
         missing = self.missing()
-        return f"<Builder: {counts}; {'; '.join(missing) if missing else 'complete'}>"
+        return f"<DrawnMechanism: {counts}; {'; '.join(missing) if missing else 'complete'}>"
 
     def _repr_html_(self) -> str:
         """Return the drawing and what is missing, for notebooks."""
@@ -357,7 +359,7 @@ class Builder:
             self._put(end, places[0])
         return ends
 
-    def _add(self, joint: Joint) -> Builder:
+    def _add(self, joint: Joint) -> DrawnMechanism:
         if joint.name in self._joints:
             raise InputError("there is a joint of that name", where=joint.name)
         self._joints[joint.name] = joint
@@ -391,17 +393,17 @@ class Builder:
         placed: list[Joint] = []
         for joint in joints.values():
             turn = angles[joint.second_body] - angles[joint.first_body]
-            if isinstance(joint, Weld):
-                joint = replace(joint, turn=turn)
-            elif isinstance(joint, Prismatic) and joint.name in self._guides:
+            numbers: dict[str, Any] = {"turn": turn} if joint.rigid else {}
+            if joint.name in self._guides:
                 axis = self._guides[joint.name] - angles[joint.first_body]
-                joint = replace(joint, axis=axis, turn=turn)
-            placed.append(joint)
+                numbers = {"turn": turn, "axis": axis}
+            placed.append(replace(joint, **numbers))
         del angles[GROUND]
         bodies = [
-            Body(name, points=self._local(name, points), number=k, mass=self._masses.get(name))
-            for k, (name, points) in enumerate(places.items())
-            if name != GROUND
+            Body(
+                name, points=self._local(name, places[name]), number=k, mass=self._masses.get(name)
+            )
+            for k, name in enumerate(angles, start=1)
         ]
         return Mechanism(
             ground=Ground(points=places.get(GROUND, {})),
@@ -427,7 +429,7 @@ class Builder:
         pinned = [
             f"{body}.angle"
             for joint in self._joints.values()
-            if isinstance(joint, Revolute) and GROUND in joint.bodies
+            if joint.hinge and GROUND in joint.bodies
             for body in joint.bodies
             if body != GROUND
         ]
