@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from functools import partial
+from collections.abc import Callable, Iterable
 
 import numpy as np
 
@@ -119,23 +118,14 @@ def try_redundant(assembler: Assembler, plan: DriverPlan) -> None:
 
 
 def doubts(
-    assembler: Assembler, plan: DriverPlan, x: Unknowns, u: Floats,
+    assembler: Assembler, plan: DriverPlan, x: Unknowns, u: Floats, ended: bool, turned: list[str],
     slips: Callable[[], list[str]] = list,
-) -> Callable[[], list[str]]:  # fmt: skip
-    """Return what gives notes on slips of the pen: degrees without a suffix, a far-off sketch.
-
-    `slips` are those of the drivers' values. What the search for the pose has noted is kept.
-    """
-    chosen = [note for chooser in assembler.choosers for note in chooser.notes()]
-    ended, turned = assembler.sketched.ended, assembler.sketched.turned
-    return partial(_doubts, assembler, plan, x, u, slips, chosen, ended, turned)
-
-
-def _doubts(
-    assembler: Assembler, plan: DriverPlan, x: Unknowns, u: Floats, slips: Callable[[], list[str]],
-    chosen: list[str], ended: bool, turned: list[str],
 ) -> list[str]:  # fmt: skip
-    """Return the notes of `doubts`."""
+    """Return what looks like a slip of the pen: degrees without a suffix, a far-off sketch.
+
+    `ended` and `turned` are what the search for the pose has noted (`Sketched`), `slips` gives
+    notes on the drivers' values.
+    """
     slipped = slips()
     notes = [*slipped]
     for c, wanted, value in zip(plan.coordinates, plan.sketch, u, strict=True):
@@ -155,7 +145,8 @@ def _doubts(
                 f"{plan.coordinates[0].text} turns {turns:.1f} times in {len(plan.values)} poses; "
                 f"numbers without a suffix are radians"
             )
-    notes += chosen
+    for chooser in assembler.choosers:
+        notes += chooser.notes()
     entries = [entry.coordinate for entry in assembler.sketched.entries]
     told = {c.part for c in (*entries, *plan.coordinates) if not c.is_angle}
     mechanism = assembler.scene.model.mechanism
@@ -187,6 +178,14 @@ def _doubts(
                 away = "lies far from it"
             notes.append(f"the pose of group {group.name} nearest to the sketch {away}")
     return notes
+
+
+def noted(
+    left_out: Iterable[str], doubts: Callable[[], list[str]], more: list[str]
+) -> dict[str, list[str]]:
+    """Return the notes on the scene, on the first pose, and more, where there are any."""
+    every = [*left_out, *doubts(), *more]
+    return {"notes": every} if every else {}
 
 
 def start_values(plan: DriverPlan) -> Floats:

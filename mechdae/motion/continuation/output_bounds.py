@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -10,7 +10,7 @@ import numpy as np
 from mechdae.kernels.graphs.steps import Graphs
 from mechdae.motion.setup.outputs import Outputs
 from mechdae.motion.setup.scales import Constants
-from mechdae.types import Floats, Matrix
+from mechdae.types import Booleans, Floats, Matrix
 
 FEW = 64
 """Rows of which those that others exceed everywhere are left out."""
@@ -89,6 +89,15 @@ def bounded(
 ) -> dict[str, Floats]:
     """Return the largest bounds of outputs by kind for those of the unknowns, (n, nx)."""
     return OutputBounds(graphs, outputs, constants).by_kind(error.T)
+
+
+def of_rows(bounds: Callable[[], dict[str, Floats]], rows: Booleans | None) -> dict[str, Floats]:
+    """Return the bounds of some poses (n,), nan of others; None: of all."""
+    found = bounds()
+    if rows is not None:
+        for numbers in found.values():
+            numbers[~rows] = np.nan
+    return found
 
 
 def turned(graphs: Graphs) -> float:

@@ -96,5 +96,7 @@ def assembled(
     drivers = tuple(Driver(c.text, at=(sketch[c],)) for c in driven)
     setting = prepare(problem, Sweep(drivers=drivers))
     u, x = start.sketched_pose(setting.assembler, setting.plan, labelled=False)
-    setting.notes[:] = start.doubts(setting.assembler, setting.plan, x, u)()
+    assembler, searched = setting.assembler, setting.assembler.sketched
+    noted = (searched.ended, searched.turned)
+    setting.notes[:] = start.doubts(assembler, setting.plan, x, u, *noted)
     return setting, u, x

@@ -242,7 +242,9 @@ def first_pose(setting: Setting, task: Sweep) -> tuple[Unknowns, Unknowns]:
     if task.mode is None:
         u, x = start.sketched_pose(setting.assembler, setting.plan)
         slips = partial(driver_slips, task, setting.scene.model.mechanism)
-        setting.doubts = start.doubts(setting.assembler, setting.plan, x, u, slips)
+        assembler, searched = setting.assembler, setting.assembler.sketched
+        first = (assembler, setting.plan, x, u, searched.ended, searched.turned, slips)
+        setting.doubts = partial(start.doubts, *first)
         return u, x
     first = setting.plan.first
     u = np.where(np.isnan(first), start.start_values(setting.plan), first)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -10,12 +11,13 @@ import numpy as np
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.tasks.kinds import Sweep
 from mechdae.equations.groups import formula
+from mechdae.motion.assembly.start import noted
 from mechdae.motion.continuation.any_path import AnyPath
 from mechdae.motion.continuation.evaluate import Poses
+from mechdae.motion.continuation.output_bounds import of_rows
 from mechdae.motion.kinematics import faults, path_events
 from mechdae.motion.kinematics.prepared import Run, Setting
 from mechdae.motion.setup.drivers import DriverPlan
-from mechdae.motion.setup.outputs import Outputs
 from mechdae.results import (
     CODES,
     FINE,
@@ -30,7 +32,7 @@ from mechdae.results import (
     counts,
     events_of,
 )
-from mechdae.types import Booleans, Floats, Json
+from mechdae.types import Floats, Json
 
 
 def sorted_events(events: Iterable[Mapping[str, Any]], moving: int = 0) -> list[Mapping[str, Any]]:
@@ -42,6 +44,7 @@ def report(problem: Problem, name: str, task: Sweep, setting: Setting, run: Run)
     plan, poses, outputs = setting.plan, run.poses, setting.outputs
     status = _status(run.path, poses)
     found = run.found
+    words = outputs.bound_words
     named: dict[str, Any] = outputs.named(poses.y, found.series)
     named["centres"] = Series(found.centres)
     certified = np.broadcast_to(True, len(status)) if poses.fine else among(status, FINE)
@@ -52,8 +55,9 @@ def report(problem: Problem, name: str, task: Sweep, setting: Setting, run: Run)
         there = [array[:, columns] for array in poses.y]
         values, lost = expressions.evaluate(there, time, certified)
         named["outputs"], lost = expressions.reported(values), expressions.notes + lost
-    if not poses.fine:
-        poses.condition[~certified] = np.nan
+    some = None if poses.fine else certified
+    if some is not None:
+        poses.condition[~some] = np.nan
     failed = []
     if status.any() and among(status, LOST).any():
         failed = faults.failed_intervals(setting, run, status)
@@ -65,6 +69,8 @@ def report(problem: Problem, name: str, task: Sweep, setting: Setting, run: Run)
         {"name": group.name, "bodies": list(group.bodies)} for group in setting.scene.groups
     ]
     summary["mode"] = _mode(setting, run)
+    notes = [*setting.notes]
+    later = LazyPart(partial(noted, setting.scene.left_out, setting.doubts, notes))
     summary["not_in_scene"] = setting.scene.not_in_scene
     near = bool(run.path.zones) and run.evaluator.zones.estimated(run.path, poses.s, poses.places)
     summary["bound"] = "estimated" if near or run.path.constants.estimated else "proved"
@@ -76,10 +82,10 @@ def report(problem: Problem, name: str, task: Sweep, setting: Setting, run: Run)
     summary |= found.summary
     if failed:
         summary["failed"] = failed
-    notes = [*setting.notes]
     if run.path.ends or run.path.zones:
         notes += path_events.near_crossings(setting, run.path)
-    summary["notes"] = _notes(setting, notes + lost + found.notes)
+    notes += lost + found.notes
+    summary["notes"] = later
     opened = bool(setting.scene.redundant) and problem.mechanism.tolerance > 0
     if opened or (task.derivatives and task.untimed):
         from mechdae.describe.assumed import about_closure, about_speeds
@@ -105,7 +111,7 @@ def report(problem: Problem, name: str, task: Sweep, setting: Setting, run: Run)
         problem.title,
         drivers=_drivers(plan, run.values, task),
         status=status,
-        bound=_bounds(poses, outputs, certified),
+        bound=Series(dict.fromkeys(words, LazyPart(partial(of_rows, poses.bounds, some)))),
         condition=poses.condition,
         events=_in_order(setting, run, [*run.events, *events, *found.events]),
         summary=summary,
@@ -114,31 +120,6 @@ def report(problem: Problem, name: str, task: Sweep, setting: Setting, run: Run)
         time=plan.timing.times if plan.timing else None,
         **named,
     )
-
-
-def _bounds(poses: Poses, outputs: Outputs, certified: Booleans) -> Series:
-    """Return the largest bounds of certified poses by kind, computed when they are read."""
-    given, fine = poses.bounds, poses.fine
-
-    def bounds() -> dict[str, Floats]:
-        found = given()
-        for numbers in () if fine else found.values():
-            numbers[~certified] = np.nan
-        return found
-
-    later = LazyPart(bounds)
-    return Series(dict.fromkeys(outputs.bound_words, later))
-
-
-def _notes(setting: Setting, more: list[str]) -> LazyPart:
-    """Return the notes on the scene and the first pose, and more, where there are any."""
-    left_out, doubts = setting.scene.left_out, setting.doubts
-
-    def notes() -> dict[str, list[str]]:
-        every = [*left_out, *doubts(), *more]
-        return {"notes": every} if every else {}
-
-    return LazyPart(notes)
 
 
 def _work(setting: Setting, run: Run) -> LazyPart:
