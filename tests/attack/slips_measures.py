@@ -72,6 +72,17 @@ def dwell() -> float:
     return max(worst, off(entry["mean"], FAR - half), off(entry["within"], half))
 
 
+def places() -> float:
+    """Where the slide passes a value, rising and falling, and a pole that is no passage."""
+    half = (FAR + NEAR) / 2
+    wanted = {"output": "guide.slide", "crosses": half}
+    pole = {"output": f"1/(guide.slide - {half!r})", "crosses": 0}
+    events = swept(find=[wanted, pole]).events
+    if [event.direction for event in events] != ["down", "up"]:
+        return np.inf
+    return max(off(slide(event.at), half) for event in events)
+
+
 def transmission() -> float:
     found = swept("transmission")
     angle = found.joints["C"].transmission_angle
@@ -241,5 +252,19 @@ SLIPS = [
         "self.low + width * t, 0.999 * width + 0 * t",
         curve,
         SUITE + "test_curve.py::test_an_ellipse_drawn_by_a_trammel",
+    ),
+    Slip(
+        "motion.kinematics.finds",
+        "abs(self.at(place) - level) <= min(map(abs, ends)) + self.noise",
+        "math.isfinite(place)",
+        places,
+        "forces/test_outputs_of_forces.py::test_a_pole_is_no_crossing",
+    ),
+    Slip(
+        "motion.kinematics.finds",
+        "1 if ends[1] > ends[0] else -1",
+        "1 if ends[1] > 0 > ends[0] - 1 else 1",
+        places,
+        "forces/test_outputs_of_forces.py::test_places_of_a_slider_crank_are_those_of_the_closed_form",
     ),
 ]

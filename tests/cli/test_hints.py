@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from mechdae.cli import main
+from mechdae.describe.file import library
 
 TWICE = {
     "[joints]\nA = { kind = 'gear' }\nB = 1\nA = { kind = 'gear' }\n": "A is given in line 3",
@@ -33,3 +34,23 @@ def test_a_name_given_twice(text: str, tmp_path: Path, capsys: pytest.CaptureFix
 def test_pictures(options: list[str], hint: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["plot", "four-bar-crank-rocker", *options]) == 2
     assert hint in capsys.readouterr().err
+
+
+def test_a_number_that_is_set_is_one_word(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["solve", "slider-crank", "--set", "r", "0.13"]) == 2
+    assert "--set NAME=VALUE, without blanks" in capsys.readouterr().err
+    assert main(["solve", "slider-crank", "--set", "r=0.13", "more"]) == 2
+    assert "without blanks" not in capsys.readouterr().err
+
+
+def test_a_file_that_is_not_there(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "toggle.toml").write_text("schema = 1\n", encoding="utf-8")
+    assert main(["solve", str(tmp_path / "togle.toml")]) == 2
+    assert "did you mean toggle.toml?" in capsys.readouterr().err
+
+
+def test_a_direction_in_the_plane(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path, text = tmp_path / "mine.toml", library.new("slider-crank")
+    path.write_text(text.replace("axis_deg = 0", "axis = [1, 0]"), encoding="utf-8")
+    assert main(["solve", str(path)]) == 2
+    assert "axis_deg = 0, an angle in the plane" in capsys.readouterr().err

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
-from mechdae.errors import ProblemFileError, UnknownName
+from mechdae.errors import ProblemFileError, UnknownName, close_matches
 
 
 def folder() -> Path:
@@ -63,7 +63,9 @@ def find(name_or_path: str | Path) -> Path:
     if isinstance(name_or_path, Path) or "/" in text or "\\" in text or text.endswith(".toml"):
         path = Path(text)
         if not path.exists():
-            raise ProblemFileError("there is no such file", where=text)
+            near = close_matches(path.name, (file.name for file in path.parent.glob("*.toml")), 3)
+            hint = f"did you mean {' or '.join(near)}?" if near else ""
+            raise ProblemFileError("there is no such file", where=text, hint=hint)
         return path
     path = folder() / f"{text}.toml"
     if not os.path.isfile(path):  # Path.is_file raises for names that are too long

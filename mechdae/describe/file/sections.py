@@ -187,7 +187,7 @@ def _read_joint(name: str, table: object, dimension: int) -> Joint:
             raise InputError(
                 "directions belong to joints of space",
                 where=f"{place}.{entry}",
-                hint="dimension = 3 above the tables",
+                hint=f"{entry}_deg = 0, an angle in the plane; in space dimension = 3 at the top",
             )
     between = rest.pop("between", None)
     if not isinstance(between, list) or len(between) != 2:
