@@ -25,7 +25,7 @@ BUDGETS = {
 """Room -> most lines of its modules; some of them import what annotations name."""
 ALONE = 852
 """Lines of the modules that stand alone: errors, records, types, additions."""
-TOTAL = 135_550
+TOTAL = 135_600
 LONGEST = 500
 LONGER = {
     "describe/mechanism.py": 570,
