@@ -83,7 +83,8 @@ def _check(node: ast.AST, text: str, depth: int) -> None:
     else:
         raise InputError(
             f"'{shorten(text)}' holds more than arithmetic",
-            hint=f"numbers, names, + - * / ** and {', '.join(FUNCTIONS)} are allowed",
+            hint=("a power is **: x**2; " if "^" in text else "")
+            + f"numbers, names, + - * / ** and {', '.join(FUNCTIONS)} are allowed",
         )
     for part in parts:
         _check(part, text, depth + 1)

@@ -54,3 +54,24 @@ def test_a_direction_in_the_plane(tmp_path: Path, capsys: pytest.CaptureFixture[
     path.write_text(text.replace("axis_deg = 0", "axis = [1, 0]"), encoding="utf-8")
     assert main(["solve", str(path)]) == 2
     assert "axis_deg = 0, an angle in the plane" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "hint"),
+    [
+        ('["rod", 0]', '["rod^2/rod", 0]', "a power is **: x**2"),
+        ("driver = { coordinate", "drive = { coordinate", "did you mean driver"),
+        (
+            'driver = { coordinate = "crank.angle", at_deg = [60] }',
+            "",
+            'driver = { coordinate = "..."',
+        ),
+    ],
+)
+def test_slips_in_a_file(
+    old: str, new: str, hint: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path, text = tmp_path / "mine.toml", library.new("slider-crank")
+    path.write_text(text.replace(old, new), encoding="utf-8")
+    assert main(["solve", str(path)]) == 2
+    assert hint in capsys.readouterr().err

@@ -162,7 +162,7 @@ def test_templates_solve(name: str, tmp_path) -> None:
 def test_templates_of_synthesis_find_designs(name: str, tmp_path) -> None:
     path = tmp_path / f"{name}.toml"
     path.write_text(md.new(name), encoding="utf-8")
-    assert md.solve(path, "design").designs
+    assert md.solve(path, "design").to_dict()["designs"]
 
 
 def test_new_gives_every_predefined_problem_as_it_is(capsys) -> None:

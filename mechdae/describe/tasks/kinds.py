@@ -234,7 +234,7 @@ class Driven(Task):
     def __post_init__(self) -> None:
         super().__post_init__()
         if self.driver is None and self.drivers is None:
-            raise InputError("the key 'driver' is missing (or 'drivers', for several)")
+            raise InputError("the key 'driver' is missing (or 'drivers', for several)", hint=HINT)
         if self.drivers == ():
             raise InputError("the list of drivers is empty", where="drivers")
         if self.driver is not None and self.drivers is not None:
