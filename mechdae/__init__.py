@@ -58,7 +58,7 @@ _HOMES = {
     "mechdae.tasks.solver": "Solver",
     "mechdae.tasks.parameter_studies": "study screen",
     "mechdae.design.derivatives.function": "function",
-    "mechdae.motion.cases.open.open_mechanism": "opened",
+    "mechdae.motion.cases.open.open_mechanism": "open_pose",
     "mechdae.tasks.designing": "synthesize",
     "mechdae.results": "Result SweepResult ModesResult ReactionsResult MotionResult "
     "EquilibriumResult StudyResult SensitivityResult SynthesisResult Status",
@@ -72,7 +72,7 @@ _HOMES = {
     "mechdae.parts.paper.explanations": "Explanation explain",
     "mechdae.parts.paper.reports": "Report report",
     "mechdae.parts.paper.assignments": "Assignment Assignments assign",
-    "mechdae.parts.exchange": "Exported exported imported",
+    "mechdae.parts.exchange": "Exported export read_drawing",
     "mechdae.parts.exchange.robots.arm_of_urdf": "arm_from_urdf",
     "mechdae.parts.types.chains.chains": "KinematicChain chains count_chains assur_groups",
     "mechdae.parts.types.chains.mechanisms": "mechanism_of problem_of",
@@ -82,9 +82,18 @@ _HOMES = {
 }
 _HOME = {name: module for module, names in _HOMES.items() for name in names.split()}
 __all__ = ["__version__", *sorted(_HOME)]
+_RENAMED = {
+    "exported": ("export", "problem format task"), "imported": ("read_drawing", "path"),
+    "opened": ("open_pose", "problem task"),
+}  # fmt: skip
+"""Names of earlier versions, what they are called now, and the order of their arguments then."""
 
 
 def __getattr__(name: str) -> Any:
+    if name in _RENAMED:
+        new, order = _RENAMED[name]
+        calls = importlib.import_module("mechdae.records")
+        return calls.renamed(__getattr__(new), name, order)
     if name not in _HOME:
         raise AttributeError(f"module 'mechdae' has no attribute '{name}'")
     return getattr(importlib.import_module(_HOME[name]), name)

@@ -1,10 +1,10 @@
 """Written by ``python -m tests.scripts.stub``: names, and what tasks give."""
 
 from collections.abc import Callable, Mapping
-from pathlib import Path
 from typing import overload
 
 from mechdae.describe.file.library import new as new
+from mechdae.describe.file.load import Source
 from mechdae.describe.file.load import load as load
 from mechdae.describe.file.problem import Expected as Expected
 from mechdae.describe.file.problem import Problem as Problem
@@ -49,6 +49,7 @@ from mechdae.describe.tasks.reactions import Reactions as Reactions
 from mechdae.describe.tasks.studies import Sensitivity as Sensitivity
 from mechdae.describe.tasks.studies import Study as Study
 from mechdae.describe.tasks.synthesis import Synthesis as Synthesis
+from mechdae.describe.units import SI, Units
 from mechdae.describe.values import Number
 from mechdae.describe.vectors.expand import from_loops as from_loops
 from mechdae.describe.vectors.values import Node as Node
@@ -67,13 +68,13 @@ from mechdae.errors import SingularMassError as SingularMassError
 from mechdae.errors import SolveError as SolveError
 from mechdae.errors import UnavailableError as UnavailableError
 from mechdae.errors import UnknownName as UnknownName
-from mechdae.motion.cases.open.open_mechanism import opened as opened
+from mechdae.motion.cases.open.open_mechanism import open_pose as open_pose
 from mechdae.numerics.arms.chain import Arm as Arm
 from mechdae.numerics.arms.poses import arm_poses as arm_poses
 from mechdae.numerics.homotopy.platforms import platform_poses as platform_poses
 from mechdae.parts.exchange import Exported as Exported
-from mechdae.parts.exchange import exported as exported
-from mechdae.parts.exchange import imported as imported
+from mechdae.parts.exchange import export as export
+from mechdae.parts.exchange import read_drawing as read_drawing
 from mechdae.parts.exchange.robots.arm_of_urdf import arm_from_urdf as arm_from_urdf
 from mechdae.parts.models.builder import DrawnMechanism as DrawnMechanism
 from mechdae.parts.models.builder import build as build
@@ -225,23 +226,23 @@ __all__ = [
     "dump",
     "dumps",
     "explain",
-    "exported",
+    "export",
     "five_bar",
     "four_bar",
     "from_loops",
     "function",
-    "imported",
     "inverted_slider_crank",
     "load",
     "mechanism_of",
     "new",
-    "opened",
+    "open_pose",
     "page",
     "platform_poses",
     "plot",
     "problem_of",
     "rank",
     "read",
+    "read_drawing",
     "report",
     "rssr",
     "save",
@@ -257,111 +258,121 @@ __all__ = [
 
 @overload
 def solve(
-    problem: Problem | Mechanism | str | Path,
+    problem: Source,
     task: Reactions,
     *,
     set: Mapping[str, Number] | None = None,
     mode: str | None = None,
     poses: int | None = None,
+    units: str | Units = SI,
     workers: int = 1,
     progress: Callable[[int, int], None] | None = None,
 ) -> ReactionsResult: ...
 @overload
 def solve(
-    problem: Problem | Mechanism | str | Path,
+    problem: Source,
     task: Modes,
     *,
     set: Mapping[str, Number] | None = None,
     mode: str | None = None,
     poses: int | None = None,
+    units: str | Units = SI,
     workers: int = 1,
     progress: Callable[[int, int], None] | None = None,
 ) -> ModesResult: ...
 @overload
 def solve(
-    problem: Problem | Mechanism | str | Path,
+    problem: Source,
     task: Sweep,
     *,
     set: Mapping[str, Number] | None = None,
     mode: str | None = None,
     poses: int | None = None,
+    units: str | Units = SI,
     workers: int = 1,
     progress: Callable[[int, int], None] | None = None,
 ) -> SweepResult: ...
 @overload
 def solve(
-    problem: Problem | Mechanism | str | Path,
+    problem: Source,
     task: Composition,
     *,
     set: Mapping[str, Number] | None = None,
     mode: str | None = None,
     poses: int | None = None,
+    units: str | Units = SI,
     workers: int = 1,
     progress: Callable[[int, int], None] | None = None,
 ) -> SynthesisResult: ...
 @overload
 def solve(
-    problem: Problem | Mechanism | str | Path,
+    problem: Source,
     task: Equilibrium,
     *,
     set: Mapping[str, Number] | None = None,
     mode: str | None = None,
     poses: int | None = None,
+    units: str | Units = SI,
     workers: int = 1,
     progress: Callable[[int, int], None] | None = None,
 ) -> EquilibriumResult: ...
 @overload
 def solve(
-    problem: Problem | Mechanism | str | Path,
+    problem: Source,
     task: Motion,
     *,
     set: Mapping[str, Number] | None = None,
     mode: str | None = None,
     poses: int | None = None,
+    units: str | Units = SI,
     workers: int = 1,
     progress: Callable[[int, int], None] | None = None,
 ) -> MotionResult: ...
 @overload
 def solve(
-    problem: Problem | Mechanism | str | Path,
+    problem: Source,
     task: Sensitivity,
     *,
     set: Mapping[str, Number] | None = None,
     mode: str | None = None,
     poses: int | None = None,
+    units: str | Units = SI,
     workers: int = 1,
     progress: Callable[[int, int], None] | None = None,
 ) -> SensitivityResult: ...
 @overload
 def solve(
-    problem: Problem | Mechanism | str | Path,
+    problem: Source,
     task: Study,
     *,
     set: Mapping[str, Number] | None = None,
     mode: str | None = None,
     poses: int | None = None,
+    units: str | Units = SI,
     workers: int = 1,
     progress: Callable[[int, int], None] | None = None,
 ) -> StudyResult: ...
 @overload
 def solve(
-    problem: Problem | Mechanism | str | Path,
+    problem: Source,
     task: Synthesis,
     *,
     set: Mapping[str, Number] | None = None,
     mode: str | None = None,
     poses: int | None = None,
+    units: str | Units = SI,
     workers: int = 1,
     progress: Callable[[int, int], None] | None = None,
 ) -> SynthesisResult: ...
 @overload
 def solve(
-    problem: Problem | Mechanism | str | Path,
+    problem: Source,
     task: Task | str | None = None,
     *,
     set: Mapping[str, Number] | None = None,
     mode: str | None = None,
     poses: int | None = None,
+    units: str | Units = SI,
     workers: int = 1,
     progress: Callable[[int, int], None] | None = None,
 ) -> Result: ...

@@ -6,6 +6,7 @@ MechdaeError
 |   +-- MechanismError               the mechanism itself: body, joint, load
 |   |   +-- FreedomError             bodies move by themselves: dependent equations
 |   +-- UnknownName                  a name that is not there, with the nearest ones
+|   |   +-- UnknownArgument (TypeError)  a keyword that a function does not take
 |   +-- UnavailableError             a valid request this version does not compute
 +-- SolveError (RuntimeError)        the file is fine, the mechanism is not able to
     +-- AssemblyError                no pose: group, joint, gap
@@ -93,6 +94,13 @@ class UnknownName(InputError):
         self.name = str(name)
         hint = f"did you mean {' or '.join(near)}?" if near else ""
         super().__init__(f"unknown {kind} '{shorten(name)}'", where=where, hint=hint)
+
+
+class UnknownArgument(UnknownName, TypeError):
+    """A keyword that a function, or a value, does not take."""
+
+    def __init__(self, name: str, known: Iterable[str], where: str) -> None:
+        super().__init__("argument", name, known, where=where)
 
 
 class UnavailableError(InputError):

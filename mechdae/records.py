@@ -3,15 +3,18 @@
 `dataclass` does what that of the standard library does, with ``frozen``, ``eq``, ``repr`` and
 ``kw_only``, but compiles nothing on import: of the classes that a command imports most are never
 made an instance of. ``fields``, ``replace`` and ``asdict`` work as they do there. Fields that are
-checked when they are given are a `key`, or `optional`.
+checked when they are given are a `key`, or `optional`. A `public` function answers slips in
+keywords with the nearest name, as records do.
 """
 
 from __future__ import annotations
 
 import dataclasses
 import inspect
-from collections.abc import Callable, Iterator, Sequence
+import warnings
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from functools import partial, wraps
 from operator import attrgetter
 from reprlib import recursive_repr
 from typing import (
@@ -21,11 +24,17 @@ from typing import (
     Generic,
     Protocol,
     TypeVar,
+    cast,
     dataclass_transform,
     overload,
 )
 
+from mechdae.errors import UnknownArgument
+
 T = TypeVar("T")
+F = TypeVar("F", bound=Callable[..., Any])
+ANY_KEYWORD = 8
+"""Flag of the code of functions that take any keyword."""
 
 
 def key(kind: str, *, doc: str = "", choices: Sequence[str] = (), unit: str | None = None) -> Any:
@@ -161,7 +170,9 @@ def _first_init(cls: Any, frozen: bool) -> Any:
 
 
 def _compiled_init(cls: Any, frozen: bool) -> Any:
-    known: dict[str, Any] = {"_set": object.__setattr__, "_made": _MADE}
+    known: dict[str, object] = {
+        "_set": object.__setattr__, "_made": _MADE, "_refuse": _refuse
+    }  # fmt: skip
     plain: list[str] = []
     named: list[str] = []
     body = []
@@ -183,12 +194,21 @@ def _compiled_init(cls: Any, frozen: bool) -> Any:
     if hasattr(cls, "__post_init__"):
         body.append("self.__post_init__()")
     heads = ", ".join(["self", *plain, *(["*", *named] if named else [])])
+    if issubclass(cls, Record):
+        heads += ", **_more"
+        body.insert(0, "if _more: _refuse(self, _more)")
     exec(f"def __init__({heads}):\n " + "\n ".join(body or ["pass"]), known)
-    init = known["__init__"]
+    init: Any = known["__init__"]
     init.__qualname__, init.__module__ = f"{cls.__qualname__}.__init__", cls.__module__
     init.__annotations__ = {e.name: e.type for e in dataclasses.fields(cls) if e.init}
     init.__annotations__["return"] = None
     return init
+
+
+def _refuse(record: Any, more: Mapping[str, object]) -> None:
+    """Raise for keywords that a record has no fields of."""
+    known = [entry.name for entry in dataclasses.fields(record) if entry.init]
+    raise UnknownArgument(next(iter(more)), known, type(record).__name__)
 
 
 class _Made:
@@ -210,7 +230,8 @@ class _Signature:
         init = owner.__init__
         init = vars(init).get("compiled", lambda: init)()
         signature = inspect.signature(init)
-        return signature.replace(parameters=list(signature.parameters.values())[1:])
+        given = list(signature.parameters.values())[1:]
+        return signature.replace(parameters=[one for one in given if one.name != "_more"])
 
 
 def _getter(names: list[str]) -> Callable[[Any], Any]:
@@ -260,3 +281,71 @@ def _freeze(cls: Any, names: frozenset[str]) -> None:
 
     cls.__setattr__ = put
     cls.__delattr__ = delete
+
+
+# -- functions of users ------------------------------------------------------------------------
+
+
+@overload
+def public(function: F, /) -> F: ...
+@overload
+def public(*, old: str) -> Callable[[F], F]: ...
+def public(function: Any = None, /, *, old: str = "") -> object:
+    """Answer keywords that a function does not take with the nearest that it takes.
+
+    Parameters
+    ----------
+    old
+        The arguments in the order of earlier versions. It holds, with a warning, where there are
+        more arguments without a keyword than the function takes so, or the second is no task.
+    """
+    if function is None:
+        return partial(public, old=old)
+    code, called = function.__code__, function.__name__
+    first, order = code.co_varnames[: code.co_argcount], old.split()
+    known = code.co_varnames[: code.co_argcount + code.co_kwonlyargcount]
+    any_keyword = bool(code.co_flags & ANY_KEYWORD)
+
+    @wraps(function)
+    def answering(*values: object, **named: object) -> object:
+        if order and (len(values) > len(first) or not _is_task(values[1:2])):
+            values, named = (), by_order(called, order, values, named)
+        for word in named:
+            if word not in known and not any_keyword:
+                raise UnknownArgument(word, known, called)
+        return function(*values, **named)
+
+    return answering
+
+
+def by_order(
+    called: str, order: list[str], values: tuple[object, ...], named: dict[str, object]
+) -> dict[str, object]:
+    """Return arguments of an order of earlier versions as keywords, with a warning."""
+    given = dict(zip(order, values, strict=False))
+    new = ", ".join(f"{word}=..." for word in list(given)[1:])
+    warnings.warn(
+        f"{called}({', '.join(given)}) in this order is deprecated: {called}({order[0]}, {new})",
+        DeprecationWarning,
+        stacklevel=3,
+    )
+    if len(values) > len(order) or given.keys() & named.keys():
+        raise TypeError(f"{called}() takes {', '.join(order)}, each once")
+    return {**given, **named}
+
+
+def _is_task(second: tuple[object, ...]) -> bool:
+    """Return whether a second argument, if there is one, may be a task or its name."""
+    return all(isinstance(value, str | None) or hasattr(value, "kind") for value in second)
+
+
+def renamed(function: F, old: str, order: str) -> F:
+    """Return a function under its name, and with the arguments, of earlier versions."""
+    words = order.split()
+
+    @wraps(function)
+    def answering(*values: object, **named: object) -> object:
+        return function(**dict(zip(words, values, strict=False)), **named)
+
+    warnings.warn(f"{old} is called {function.__name__} now", DeprecationWarning, stacklevel=3)
+    return cast("F", answering)

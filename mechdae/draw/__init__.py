@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import importlib
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from types import ModuleType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
+from mechdae.describe.file.load import Source, given
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.mechanism import Mechanism
-from mechdae.describe.table import Table
+from mechdae.describe.tasks.kinds import Task
+from mechdae.describe.units import SI, Units
+from mechdae.describe.values import Number
 from mechdae.draw.catalogue import (
     PICTURES,
     check_dimension,
@@ -27,7 +31,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from mechdae.draw.animation import Animation
-    from mechdae.results import SweepResult
+    from mechdae.results import Result, SweepResult
     from mechdae.types import Json
 
 
@@ -36,19 +40,24 @@ MODES = 8
 
 
 def plot(
-    result: object,
+    problem: Source | object,
     kind: str | None = None,
     ax: Axes | None = None,
     width: str | float | None = None,
     dpi: int | None = None,
     title: bool = True,
+    *,
+    task: Task | str | None = None,
+    set: Mapping[str, Number] | None = None,
+    mode: str | None = None,
+    units: str | Units = SI,
     **options: object,
 ) -> Any:
     """Draw a result.
 
     Parameters
     ----------
-    result
+    problem
         What `mechdae.solve` returned; of a problem, the name of a predefined one or a file the
         task ``task`` is solved, without a name the first one that suits kind and options. Of a
         mechanism, and of a problem without tasks, the sketch is assembled.
@@ -67,6 +76,10 @@ def plot(
         Pixels to the inch of a new figure, and of frames.
     title
         Whether a title and a line below it stand above the picture.
+    task, set, mode
+        What is solved, as of `md.solve`; a result is solved again where one of them is given.
+    units
+        What numbers are shown in.
     **options
         Options of that kind of picture, see `mechdae.draw.catalogue.OPTIONS`; the command
         line has the same ones under the same names.
@@ -85,13 +98,24 @@ def plot(
     InputError
         A kind that does not suit the result, an option that does not suit the kind.
     """
-    if isinstance(result, Problem | Mechanism | str | Path):
-        result, kind = _solved(result, kind, options)
+    result: Any = problem
+    if isinstance(problem, Problem | Mechanism | str | Path) or (task, set, mode) != (None,) * 3:
+        whole, named = given(cast("Source", problem), task, set)
+        result, kind = _solved(whole, named, kind, mode, options)
+    result = result.in_units(units) if units else result
     kind = usual(result) if kind is None else kind
-    picture = picture_of(kind)
     check_suits(kind, getattr(result, "kind", ""))
-    given = checked(kind, options)
-    check_dimension(kind, result, given)
+    settings = checked(kind, options)
+    check_dimension(kind, result, settings)
+    return _pictured(result, kind, ax, settings, (width, dpi, title))
+
+
+def _pictured(
+    result: Result, kind: str, ax: Axes | None, settings: Json,
+    paper: tuple[str | float | None, int | None, bool],
+) -> Any:  # fmt: skip
+    """Return a picture with settings that suit it, on new paper where no axes are given."""
+    picture, (width, dpi, title) = picture_of(kind), paper
     in_space = getattr(getattr(result, "mechanism", None), "dimension", 2) == 3
     module = importlib.import_module(picture.in_space if in_space else picture.module)
     figure = importlib.import_module("mechdae.draw.figure")
@@ -99,14 +123,14 @@ def plot(
     if kind == "animation":
         if width is not None or not title:
             raise InputError("an animation has its width in pixels, and a title", hint="dpi")
-        return module.draw(result, ax, **given, **({} if dpi is None else {"dpi": dpi}))
+        return module.draw(result, ax, **settings, **({} if dpi is None else {"dpi": dpi}))
     if ax is not None and (width, dpi) != (None, None):
         raise InputError("axes have a figure of their own: width and dpi are those of a new one")
     with figure.printed(on):
-        return _drawn(result, kind, ax, module, given)
+        return _drawn(result, kind, ax, module, settings)
 
 
-def _drawn(result: Any, kind: str, ax: Axes | None, module: Any, given: dict[str, Any]) -> Any:
+def _drawn(result: Result, kind: str, ax: Axes | None, module: ModuleType, given: Json) -> Any:
     """Return a still picture, one more variant where axes hold such pictures."""
     picture = picture_of(kind)
     if ax is None:
@@ -125,30 +149,24 @@ def _drawn(result: Any, kind: str, ax: Axes | None, module: Any, given: dict[str
 
 
 def _solved(
-    problem: Problem | Mechanism | str | Path, kind: str | None, options: Json
+    whole: Problem, named: str | None, kind: str | None, mode: str | None, options: Json
 ) -> tuple[SweepResult, str]:
     """Return the result of the task that suits a kind of picture and its options, and the kind."""
-    from mechdae.describe.file.load import load
-
-    if isinstance(problem, Mechanism):
-        problem = Problem(problem, Table())
-    whole = problem if isinstance(problem, Problem) else load(problem)
     whole = whole if whole.tasks else importlib.import_module("mechdae")._with_sketch(whole)
-    asked = whole.tasks, kind, options.pop("task", None)
-    chosen, task = kind_and_task(*asked, options, whole.name)
+    chosen, task = kind_and_task(whole.tasks, kind, named, options, whole.name)
     check_suits(chosen, whole.task(task).kind, "task", f"tasks.{task}")
     given = checked(chosen, options)
     solved = importlib.import_module("mechdae")._for_picture
     measures = ("axodes",) if given.get("axodes") else ()
     needs, paths = picture_of(chosen).needs, given.get("of", ())
-    return solved(whole, task, needs, paths, None, measures), chosen
+    return solved(whole, task, needs, paths, mode, measures), chosen
 
 
 def _variants() -> ModuleType:
     return importlib.import_module("mechdae.draw.variants")
 
 
-def usual(result: Any) -> str:
+def usual(result: Result) -> str:
     """Return the kind of picture that is drawn of a result if none is asked for."""
     kind = usual_kind(getattr(result, "kind", ""))
     if kind == "design" and "front" in result.summary:
@@ -156,7 +174,7 @@ def usual(result: Any) -> str:
     return "census" if kind == "design" and not result.data["designs"] else kind
 
 
-def data_url(result: Any) -> str:
+def data_url(result: Result) -> str:
     """Return the usual picture of a result as the address of an ``<img>``, "" where it has none."""
     from mechdae.draw import figure
 
@@ -173,14 +191,14 @@ def sketch_url(subject: Problem | Mechanism) -> str:
     from mechdae.draw import figure
 
     if isinstance(subject, Problem):
-        subject = replace(subject, tasks=Table(), expected=())
+        subject = replace(subject, tasks={}, expected=())
     try:
         return figure.data_url(plot(subject, "diagram"))
     except MechdaeError:
         return ""
 
 
-def _side_by_side(result: Any) -> Figure:
+def _side_by_side(result: Result) -> Figure:
     """Return the diagrams of assembly modes in one picture, of many the first ones."""
     from mechdae.draw import figure
 

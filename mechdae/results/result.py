@@ -106,7 +106,7 @@ class Result(Record, Shown):
     parts = parameters = table = data = checks = NOTHING
     labels = cast("tuple[tuple[str, ...], ...]", ())
     solutions = cast("tuple[dict[str, Any], ...]", ())
-    shows: ClassVar[str] = "columns finer frame in_units path_unit to_dict unit value"
+    shows: ClassVar[str] = "as_problem columns finer frame in_units path_unit to_dict unit value"
     constructed: ClassVar[bool] = False
     forces: ClassVar[bool] = False
     """Whether such results may have forces."""
@@ -123,6 +123,11 @@ class Result(Record, Shown):
         """Return the result of a task of a problem."""
         head = (problem.name, name, task.kind, problem.mechanism, problem.title)
         return cls(*head, definition=task, **parts)
+
+    def as_problem(self) -> Problem:
+        """Return a problem with the mechanism and the task that this is the result of."""
+        tasks = {} if self.definition is None else {self.task: self.definition}
+        return Problem(self.mechanism, tasks, name=self.problem, title=self.title)
 
     def as_kind(self, kind: type[R], **changes: object) -> R:
         """Return a result of another class with what this one has, some of it changed."""

@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from concurrent.futures import Executor
 from pathlib import Path
-from typing import Any
 
 from mechdae.additions import at_home
-from mechdae.describe.file.load import load
+from mechdae.describe.file.load import Source, given
 from mechdae.describe.file.problem import Problem
-from mechdae.describe.mechanism import Mechanism
 from mechdae.describe.tasks.kinds import Task
-from mechdae.describe.tasks.synthesis import Synthesis
+from mechdae.describe.units import SI, Units
+from mechdae.describe.values import Number
 from mechdae.design.jobs.call import JobCall, task_named
+from mechdae.records import public
 from mechdae.results import SynthesisResult
 from mechdae.tasks.dispatch.solve import KINDS
 
@@ -28,10 +28,13 @@ def designing_task(problem: Problem, task: str | None) -> tuple[str, Task]:
     return name, problem.tasks[name]
 
 
+@public
 def synthesize(
-    problem: Problem | Mechanism | str | Path,
+    problem: Source,
     task: Task | str | None = None,
     *,
+    set: Mapping[str, Number] | None = None,
+    units: str | Units = SI,
     starts: int | None = None,
     seed: int | None = None,
     workers: int = 1,
@@ -48,9 +51,11 @@ def synthesize(
     Parameters
     ----------
     problem
-        A problem, the name of a predefined one, a file, or a mechanism.
+        A problem, the name of a predefined one, a file, a mechanism, or a result.
     task
         Name of a task (default: the first of kind synthesis or composition), or a task as a value.
+    set, units
+        As of `md.solve`.
     starts, seed
         In place of the task's own.
     workers
@@ -75,12 +80,7 @@ def synthesize(
         A start could not be solved: its worker died again and again.
     """
     call = JobCall(starts, seed, workers, executor, out, progress, paths)
-    chosen: Any = task
-    if not isinstance(problem, Mechanism) and not isinstance(task, Task):
-        whole = problem if isinstance(problem, Problem) else load(problem)
-        problem = whole
-        name, chosen = designing_task(whole, task)
-        task = name
-    design = at_home(KINDS[getattr(chosen, "kind", Synthesis.kind)].design)
-    found: SynthesisResult = design(problem, task, call)
-    return found
+    whole, named = given(problem, task, set)
+    name, meant = designing_task(whole, named)
+    found: SynthesisResult = at_home(KINDS[meant.kind].design)(whole, name, call)
+    return found.in_units(units)

@@ -6,13 +6,15 @@ from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, cast
 
-from mechdae.describe.file.load import load
+from mechdae.describe.file.load import Source, given
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.tasks.studies import Study
+from mechdae.describe.units import SI, Units
 from mechdae.describe.values import Number
 from mechdae.errors import InputError
+from mechdae.records import public
 from mechdae.results import StudyResult
 from mechdae.tasks.dispatch.solve import solve
 
@@ -20,8 +22,9 @@ if TYPE_CHECKING:
     from mechdae.types import Json
 
 
+@public
 def study(
-    problem: Problem | str | Path,
+    problem: Source,
     task: Study | str | None = None,
     *,
     sets: Mapping[str, Sequence[float]] | None = None,
@@ -29,6 +32,8 @@ def study(
     of: str | None = None,
     outputs: Sequence[str] | None = None,
     certify: bool | None = None,
+    set: Mapping[str, Number] | None = None,
+    units: str | Units = SI,
     workers: int = 1,
     executor: Executor | None = None,
     out: str | Path | None = None,
@@ -42,7 +47,7 @@ def study(
     Parameters
     ----------
     problem
-        A problem, the name of a predefined one, or a file.
+        A problem, the name of a predefined one, a file, a mechanism, or a result.
     task
         A study as a value, or the name of one (default: the first of the problem, where nothing
         else says what is varied).
@@ -54,6 +59,8 @@ def study(
         The task that is repeated, and the paths to tabulate, in place of the study's own.
     certify
         False: dyads are solved in closed form, without certificates.
+    set, units
+        As of `md.solve`.
     workers
         Processes of this machine; 1: this one.
     executor
@@ -76,28 +83,33 @@ def study(
         raise InputError("'workers' and 'executor' are given, one is needed", where="executor")
     if sets is not None and vary is not None:
         raise InputError("'sets' and 'vary' are given, one is needed", where="vary")
-    whole = problem if isinstance(problem, Problem) else load(problem)
-    name, own = _study(whole, task, sets is not None or vary is not None)
+    value = task if isinstance(task, Study) else None
+    whole, named = given(problem, None if isinstance(task, Study) else task, set)
+    if task is None and named is not None and not isinstance(whole.task(named), Study):
+        named, of = None, of or named  # a result whose task is repeated
+    name, own = _study(whole, value or named, sets is not None or vary is not None)
     if vary is not None:
         own = replace(own, vary=vary, samples=None)
     elif sets is not None:
         own = replace(own, vary=None, samples=None)
-    given = {"of": of, "outputs": None if outputs is None else tuple(outputs), "certify": certify}
-    own = replace(own, **{key: value for key, value in given.items() if value is not None})  # type: ignore[arg-type]
+    changes = {"of": of, "outputs": None if outputs is None else tuple(outputs), "certify": certify}
+    own = replace(own, **{key: value for key, value in changes.items() if value is not None})  # type: ignore[arg-type]
     if dict(whole.tasks).get(name) != own:
         whole = whole.with_task(name, own)
     options: Json = {"workers": workers, "progress": progress, "given": sets}
-    found: Any = solve(whole, name, executor=executor, out=out, **options)
-    result: StudyResult = found
-    return result
+    found = solve(whole, name, executor=executor, out=out, **options).in_units(units)
+    return cast("StudyResult", found)
 
 
+@public(old="problem sets outputs task")
 def screen(
-    problem: Problem | str | Path,
-    sets: Mapping[str, Sequence[float]],
-    outputs: Sequence[str],
+    problem: Source,
     task: str | None = None,
     *,
+    sets: Mapping[str, Sequence[float]],
+    outputs: Sequence[str],
+    set: Mapping[str, Number] | None = None,
+    units: str | Units = SI,
     workers: int = 1,
     executor: Executor | None = None,
 ) -> StudyResult:
@@ -108,13 +120,15 @@ def screen(
 
     Parameters
     ----------
-    problem, sets, outputs, workers, executor
+    problem, sets, outputs, set, units, workers, executor
         As of `study`.
     task
         The sweep that is repeated.
     """
-    asked = {"of": task, "outputs": outputs, "workers": workers, "executor": executor}
-    return study(problem, Study(certify=False), sets=sets, **asked)  # type: ignore[arg-type]
+    return study(
+        problem, Study(certify=False), sets=sets, of=task, outputs=outputs, set=set, units=units,
+        workers=workers, executor=executor,
+    )  # fmt: skip
 
 
 def _study(problem: Problem, task: Study | str | None, sets: bool) -> tuple[str, Study]:

@@ -4,25 +4,27 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
-from pathlib import Path
 
-from mechdae.describe.file.problem import Problem
-from mechdae.describe.mechanism import Mechanism
+from mechdae.describe.file.load import Source, chosen
 from mechdae.describe.tasks.kinds import Task
+from mechdae.describe.units import SI, Units
 from mechdae.describe.values import Number
 from mechdae.errors import InputError, MechdaeError
+from mechdae.records import public
 from mechdae.results import Result
-from mechdae.tasks.dispatch.solve import KINDS, as_problem, task_of
+from mechdae.tasks.dispatch.solve import KINDS
 from mechdae.tasks.dispatch.solve import solve as solved
 
 
+@public
 def solve(
-    problem: Problem | Mechanism | str | Path,
+    problem: Source,
     task: Task | str | None = None,
     *,
     set: Mapping[str, Number] | None = None,
     mode: str | None = None,
     poses: int | None = None,
+    units: str | Units = SI,
     workers: int = 1,
     progress: Callable[[int, int], None] | None = None,
 ) -> Result:
@@ -31,7 +33,7 @@ def solve(
     Parameters
     ----------
     problem
-        A problem, the name of a predefined one, a file, or a mechanism.
+        A problem, the name of a predefined one, a file, a mechanism, or a result.
     task
         Name of a task of the problem (default: its first), or a task as a value.
     set
@@ -41,6 +43,8 @@ def solve(
         Label of the assembly mode to start on, in place of the sketch.
     poses
         Number of poses, in place of the task's own.
+    units
+        What the result is shown in, such as ``"mm,deg"``; its arrays stay SI.
     workers
         Processes of this machine that a study is spread over; 1: this one.
     progress
@@ -53,24 +57,20 @@ def solve(
     SolveError
         The mechanism cannot be assembled at its sketch.
     """
-    whole = as_problem(problem, task)
-    if set is not None and not isinstance(set, Mapping):
-        raise InputError(f"names and their numbers are needed, not {set!r}", where="set")
-    if set:
-        whole = whole.with_values(set)
-    name, chosen = task_of(whole, task)
+    whole, name = chosen(problem, task, set)
+    meant = whole.tasks[name]
     try:
-        wanted = _changed(chosen, mode, poses)
-        _check_workers(workers, chosen)
+        wanted = _changed(meant, mode, poses)
+        _check_workers(workers, meant)
     except MechdaeError as error:
         if isinstance(error, InputError):
             error.inside(f"tasks.{name}")
         whole.blame(error)
         raise
-    options = {"workers": workers, "progress": progress} if _spreads(chosen) else {}
-    if whole.tasks.get(name) is not wanted:
+    options = {"workers": workers, "progress": progress} if _spreads(meant) else {}
+    if wanted is not meant:
         whole = whole.with_task(name, wanted)
-    return solved(whole, name, **options)
+    return solved(whole, name, **options).in_units(units)
 
 
 def _spreads(task: Task) -> bool:

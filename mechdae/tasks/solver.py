@@ -9,8 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.describe.file.problem import Problem
-from mechdae.describe.mechanism import Mechanism
+from mechdae.describe.file.load import Source, chosen
 from mechdae.describe.tasks.kinds import Sweep, Task
 from mechdae.describe.tasks.studies import Study
 from mechdae.describe.values import Number, names
@@ -23,7 +22,6 @@ from mechdae.motion.kinematics.poses import tracker as tracker_of
 from mechdae.motion.kinematics.shapes import CacheOwner, keep_for
 from mechdae.motion.kinematics.tracker import Tracker
 from mechdae.results import Result, StudyResult
-from mechdae.tasks.dispatch.solve import as_problem, task_of
 from mechdae.tasks.parameter_studies import study
 from mechdae.tasks.solve import solve
 from mechdae.types import Floats, Graph
@@ -40,7 +38,7 @@ class Solver:
     Parameters
     ----------
     problem
-        A problem, the name of a predefined one, a file, or a mechanism.
+        A problem, the name of a predefined one, a file, a mechanism, or a result.
     task
         Name of a task of the problem (default: its first), or a task as a value.
     vary
@@ -62,14 +60,11 @@ class Solver:
 
     def __init__(
         self,
-        problem: Problem | Mechanism | str | FilePath,
+        problem: Source,
         task: Task | str | None = None,
         vary: Sequence[str] = (),
     ) -> None:
-        whole = as_problem(problem, task)
-        name, chosen = task_of(whole, task)
-        if dict(whole.tasks).get(name) != chosen:
-            whole = whole.with_task(name, chosen)
+        whole, name = chosen(problem, task)
         self.problem, self.name, self.vary = whole, name, names(vary)
         known = {**dict(whole.mechanism.numbers()), **whole.mechanism.parameters}
         for own in self.vary:
@@ -266,7 +261,8 @@ class Solver:
         if not isinstance(task, Sweep):
             raise InputError(f"a task of kind '{task.kind}' has no function", where="task")
         drivers = [driver.coordinate for driver in task.all_drivers]
-        return function(self.problem, inputs or [*drivers, *self.vary], outputs, self.name)
+        whole = inputs or [*drivers, *self.vary]
+        return function(self.problem, self.name, inputs=whole, outputs=outputs)
 
 
 def _floats(values: object, where: str) -> Floats:

@@ -119,7 +119,7 @@ def test_a_search_that_gives_up_says_so(module, bound, value, call, words, monke
 
 
 def test_parameters_that_are_not_led_to_have_no_number(monkeypatch):
-    far = md.function(FOUR_BAR, ["crank.angle", "a"], [PLACE])
+    far = md.function(FOUR_BAR, inputs=["crank.angle", "a"], outputs=[PLACE])
     assert np.isfinite(np.array(far(0.7, 0.2))).all()
     monkeypatch.setattr(function, "HALVINGS", 0)
     assert np.isnan(np.array(far(0.7, 0.2))).all()

@@ -72,7 +72,7 @@ def test_the_gap_of_a_dyad_is_that_of_the_triangle(seed: int) -> None:
     problem = four_bar(*(scale * x for x in (a, b, c, d)), crank, sketch)
     with pytest.raises(md.AssemblyError):
         md.solve(problem, "t")
-    result = md.opened(problem)
+    result = md.open_pose(problem)
     (own,) = result.summary["open"]
     assert own["gap"] == pytest.approx(scale * gap, rel=1e-9)
     assert own["joint"] == "C"
@@ -113,7 +113,7 @@ def test_a_rod_that_does_not_reach_its_guide() -> None:
         sketch={"crank": 0.0, "rod": -1.0, "guide": 0.2},
     )
     task = md.Sweep(md.Driver("crank.angle", at=[0.0]))
-    result = md.opened(md.Problem(mechanism, {"t": task}))
+    result = md.open_pose(md.Problem(mechanism, {"t": task}))
     (own,) = result.summary["open"]
     assert own["gap"] == pytest.approx(0.2, rel=1e-9)
     assert blamed(result.summary["too_short"])["rod B-C"] == pytest.approx(0.2, rel=1e-9)
@@ -124,7 +124,7 @@ def test_a_cylinder_that_is_too_short(tmp_path: Path) -> None:
     """The pivots are 2 m apart, cylinder and arm together reach 1.5 m."""
     path = tmp_path / "gap.toml"
     path.write_text(GAP)
-    result = md.opened(path)
+    result = md.open_pose(path)
     (own,) = result.summary["open"]
     assert (own["joint"], own["unit"]) == ("P", "m")
     assert own["gap"] == pytest.approx(0.5, rel=1e-12)
@@ -134,11 +134,11 @@ def test_a_cylinder_that_is_too_short(tmp_path: Path) -> None:
 
 def test_what_closes_is_not_opened() -> None:
     with pytest.raises(md.SolveError, match="closes at this pose"):
-        md.opened("four-bar-crank-rocker")
+        md.open_pose("four-bar-crank-rocker")
 
 
 def test_both_ends_and_the_gap_are_drawn() -> None:
-    result = md.opened(four_bar(0.1, 0.15, 0.12, 0.5, 1.5))
+    result = md.open_pose(four_bar(0.1, 0.15, 0.12, 0.5, 1.5))
     ax = md.plot(result)
     found = {str(own.get_gid()): own for own in ax.get_children() if own.get_gid()}
     (own,) = result.summary["open"]
@@ -183,7 +183,7 @@ def test_a_pose_of_a_sweep_that_does_not_assemble(tmp_path: Path, capsys) -> Non
     lost = int(np.flatnonzero(result.status == "unassembled")[0])
     angle = result.drivers["crank.angle"].position[lost]
     far = np.hypot(0.35 - 0.3 * np.cos(angle), 0.3 * np.sin(angle))
-    found = md.opened(problem, "t", result=result, pose=lost)
+    found = md.open_pose(problem, "t", result=result, pose=lost)
     assert found.summary["open"][0]["gap"] == pytest.approx(far - 0.27, rel=1e-9)
     assert found.drivers["crank.angle"].position[0] == angle
     path = tmp_path / "rocker.toml"

@@ -26,7 +26,7 @@ VARY = {"a_mm": ("30", "50"), "b_mm": (100, 140), "c_mm": (70, 100, 5), "omega":
 
 @pytest.fixture(scope="module")
 def made() -> Any:
-    return md.assign("four-bar-crank-rocker", VARY)
+    return md.assign("four-bar-crank-rocker", vary=VARY)
 
 
 def angle(a: float, b: float, c: float, gap: float) -> float:
@@ -107,7 +107,7 @@ def test_sheets_have_no_answers(made: Any) -> None:
 
 
 def test_the_same_bytes_for_the_same_seed(made: Any, tmp_path: Path) -> None:
-    again = md.assign("four-bar-crank-rocker", VARY)
+    again = md.assign("four-bar-crank-rocker", vary=VARY)
     one, other = made.save(tmp_path / "one"), again.save(tmp_path / "other")
     files = sorted(path.relative_to(one) for path in one.rglob("*") if path.is_file())
     assert len(files) == 91
@@ -118,14 +118,14 @@ def test_the_same_bytes_for_the_same_seed(made: Any, tmp_path: Path) -> None:
     rows = list(csv.reader(io.StringIO((one / "variants.csv").read_text(encoding="utf-8"))))
     assert rows[0] == ["variant", *VARY, "transmission of C [deg]"]
     assert [float(x) for x in rows[1][1:5]] == list(made[0].values.values())
-    third = md.assign("four-bar-crank-rocker", VARY, count=3, seed=1)
+    third = md.assign("four-bar-crank-rocker", vary=VARY, count=3, seed=1)
     assert third[0].values != made[0].values
 
 
 def test_forces_in_russian() -> None:
     """Every equation of the key closes; the resistance of each variant is its own."""
     vary = {"r_mm": (80, 120), "Q_work": (800, 1500, 100)}
-    made = md.assign("slider-crank-friction", vary, count=2, lang="ru")
+    made = md.assign("slider-crank-friction", vary=vary, count=2, lang="ru")
     for own in made:
         assert not faults(own.key.document)
         result = md.solve(own.problem)
@@ -153,7 +153,7 @@ def test_speeds_are_shown_in_the_rounder_unit(speed: float, shown: tuple[float, 
 @pytest.mark.parametrize(("lang", "unit"), [("en", "rpm"), ("ru", "об/мин")])
 def test_a_speed_in_turns_a_minute_is_one_on_the_sheet(lang: str, unit: str) -> None:
     problem = md.load("slider-crank-friction").with_values({"omega": 75 * np.pi / 30})
-    (own,) = md.assign(problem, {"r_mm": (80, 120)}, count=1, lang=lang)
+    (own,) = md.assign(problem, vary={"r_mm": (80, 120)}, count=1, lang=lang)
     text = own.sheet.html()
     assert f"75 {unit}" in text
     assert "7.853" not in text
@@ -180,9 +180,9 @@ def test_what_fails_is_counted() -> None:
     """Rods shorter than the crank never turn; of the others the angle is known: acos(r/l)."""
     problem = md.load("slider-crank")
     with pytest.raises(SolveError, match="0 of 5 variants in 21 sets of numbers, which are all"):
-        md.assign(problem, {"l": (0.05, 0.09, 0.002)}, count=5)
+        md.assign(problem, vary={"l": (0.05, 0.09, 0.002)}, count=5)
     with pytest.raises(SolveError) as caught:
-        md.assign(problem, {"l": (0.12, 0.19, 0.01)}, count=5, transmission_angle=radians(80))
+        md.assign(problem, vary={"l": (0.12, 0.19, 0.01)}, count=5, transmission_angle=radians(80))
     best = degrees(acos(0.1 / 0.19))
     assert "8 have a transmission angle below 80 deg" in str(caught.value)
     assert f"the best of these has {best:.1f} deg" in str(caught.value)
@@ -230,14 +230,14 @@ def test_work_is_bounded(monkeypatch: pytest.MonkeyPatch) -> None:
 )
 def test_what_is_refused(vary: Any, options: Any, error: type[Exception], text: str) -> None:
     with pytest.raises(error, match=text):
-        md.assign("slider-crank", vary, **options)
+        md.assign("slider-crank", vary=vary, **options)
 
 
 def test_mechanisms_without_dyads() -> None:
     with pytest.raises(InputError, match="no dyad"):
-        md.assign("rssr", {"l": (0.28, 0.32)}, transmission_angle=0.5)
+        md.assign("rssr", vary={"l": (0.28, 0.32)}, transmission_angle=0.5)
     with pytest.raises(InputError, match="no dyad"):
-        md.assign("planetary-gear-train", {"z_s": (18, 30)}, transmission_angle=0.5)
+        md.assign("planetary-gear-train", vary={"z_s": (18, 30)}, transmission_angle=0.5)
 
 
 def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -281,6 +281,6 @@ def test_students_have_names(tmp_path: Path) -> None:
 @pytest.mark.parametrize(("vary", "shown"), [("r_mm", True), ("Q_work", False)])
 def test_arrows_of_loads_on_sheets(vary: str, shown: bool) -> None:
     ranges = {"r_mm": (80, 120), "Q_work": (800, 1200)}
-    made = md.assign("slider-crank-inertia", {vary: ranges[vary]}, count=1)
+    made = md.assign("slider-crank-inertia", vary={vary: ranges[vary]}, count=1)
     titled = {section.title: section for section in made[0].sheet.document.sections}
     assert ('id="load-work"' in titled["Kinematic diagram"].blocks[0].svg) == shown

@@ -402,9 +402,9 @@ def test_drivers_of_a_file(tmp_path: Path, line: str, words: str) -> None:
         lambda: md.solve("four-bar-crank-rocker", workers=2),
         lambda: md.load("four-bar-crank-rocker").with_task("x", 5),
         lambda: md.Problem(5),
-        lambda: md.function("four-bar-crank-rocker", "crank.angle", ["points/coupler.P/position"]),
-        lambda: md.function("four-bar-crank-rocker", [5], ["points/coupler.P/position"]),
-        lambda: md.function("four-bar-crank-rocker", ["crank.angle"], [5]),
+        lambda: md.function("four-bar-crank-rocker", inputs="crank.angle", outputs=["centres"]),
+        lambda: md.function("four-bar-crank-rocker", inputs=[5], outputs=["centres"]),
+        lambda: md.function("four-bar-crank-rocker", inputs=["crank.angle"], outputs=[5]),
     ],
 )  # fmt: skip
 def test_values_of_the_wrong_type_in_python(call) -> None:
@@ -414,7 +414,7 @@ def test_values_of_the_wrong_type_in_python(call) -> None:
 
 def test_a_function_far_away_is_nan() -> None:
     inputs, paths = ["crank.angle", "a"], ["points/coupler.P/position"]
-    f = md.function("four-bar-crank-rocker", inputs, paths)
+    f = md.function("four-bar-crank-rocker", inputs=inputs, outputs=paths)
     for values in ((1e9, 0.04), (-1e9, 0.04), (1e300, 0.04), (np.inf, 0.04), (np.nan, 0.04)):
         assert np.isnan(np.array(f(*values))).all(), values
     # b + c = 0.2 reach no pin further than 0.3 m from A: no pose whatever the step was

@@ -67,7 +67,7 @@ def test_a_coupler_that_does_not_reach_is_drawn_open() -> None:
     """Crank and rocker in line towards each other: what lacks is what their lengths lack."""
     mechanism = four_bar(1.0, 2.0, 1.5, 5.0, crank=0.0, coupler=0.1, rocker=3.0)
     task = md.Sweep(md.Driver("crank.angle", at=[0.0]))
-    result = md.opened(md.Problem(mechanism, {"pose": task}))
+    result = md.open_pose(md.Problem(mechanism, {"pose": task}))
     (joint,) = result.summary["open"]
     assert joint["joint"] == "C"
     assert joint["gap"] == pytest.approx(5.0 - 1.0 - 2.0 - 1.5, rel=1e-9)

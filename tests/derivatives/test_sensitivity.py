@@ -328,7 +328,9 @@ def test_derivatives_of_functions(problem) -> None:
 
 
 def test_functions_stay_on_their_branch_and_say_nan() -> None:
-    f = md.function("gorshkov-seven-link", ["crank.angle", "BE"], ["points/coupler.E/position"])
+    f = md.function(
+        "gorshkov-seven-link", inputs=["crank.angle", "BE"], outputs=["points/coupler.E/position"]
+    )
     window = md.solve("gorshkov-seven-link", "window", poses=9)
     angles = window.drivers["crank.angle"].position
     for k in (1, 4, 7):
@@ -340,21 +342,23 @@ def test_functions_stay_on_their_branch_and_say_nan() -> None:
 
 def test_function_refuses_what_is_not_there(problem) -> None:
     with pytest.raises(md.UnknownName, match="input"):
-        md.function(problem, ["crank.angel"], ["gap"])
+        md.function(problem, inputs=["crank.angel"], outputs=["gap"])
     with pytest.raises(md.UnknownName, match="path"):
-        md.function(problem, ["crank.angle"], ["points/rod.D/position"])
+        md.function(problem, inputs=["crank.angle"], outputs=["points/rod.D/position"])
     with pytest.raises(md.UnknownName, match="path"):
-        md.function(problem, ["crank.angle"], ["summary/efficiency"])
+        md.function(problem, inputs=["crank.angle"], outputs=["summary/efficiency"])
     for twice in ((["crank.angle", "r", "r"], ["gap"]), (["crank.angle"], ["gap", "gap"])):
         with pytest.raises(md.InputError, match="names of their own"):
-            md.function(problem, *twice)
+            md.function(problem, inputs=twice[0], outputs=twice[1])
 
 
 def test_the_place_of_a_point_on_its_body_is_an_input() -> None:
     """Its name is that of a coordinate, which could be driven."""
     problem = md.load("slider-crank-friction")
     for task in ("cycle", None):
-        f = md.function(problem, ["crank.angle", "rod.C.x"], ["efforts/crank.angle"], task=task)
+        f = md.function(
+            problem, inputs=["crank.angle", "rod.C.x"], outputs=["efforts/crank.angle"], task=task
+        )
         for length in (0.3, 0.5):
             pose = replace(problem.tasks["cycle"], cycle=False, poses=None)
             at = replace(pose.driver, at=(1.0,), from_=None, to=None)
@@ -366,12 +370,19 @@ def test_the_place_of_a_point_on_its_body_is_an_input() -> None:
     with pytest.raises(
         md.InputError, match=r"rod\.angle is not driven in this task, crank\.angle is"
     ):
-        md.function(problem, ["crank.angle", "rod.angle"], ["efforts/crank.angle"], task="cycle")
+        md.function(
+            problem,
+            inputs=["crank.angle", "rod.angle"],
+            outputs=["efforts/crank.angle"],
+            task="cycle",
+        )
 
 
 def test_function_of_a_mechanism_without_tasks() -> None:
     mechanism = slider_crank()
-    f = md.function(mechanism, ["crank.angle", "crank.angle.speed"], ["points/slider.C/velocity"])
+    f = md.function(
+        mechanism, inputs=["crank.angle", "crank.angle.speed"], outputs=["points/slider.C/velocity"]
+    )
     r, rod, w = 0.1, 0.3, 7.0
     slope = mp.diff(lambda x: r * mp.cos(x) + mp.sqrt(rod**2 - (r * mp.sin(x)) ** 2), 1.0)
     assert float(f(1.0, w)[0]) == pytest.approx(float(slope) * w, rel=1e-12)

@@ -164,5 +164,5 @@ def test_open_poses_are_drawn_on_request(tmp_path: Path) -> None:
     """A mechanism that does not assemble is drawn with its gap, which the picture names."""
     mechanism = four_bar(0.3, 0.2, 0.2, 1.0, coupler=0.1, rocker=3.0)
     problem = md.Problem(mechanism, {"turn": md.Sweep(md.Driver("crank.angle", at=(0.5,)))})
-    save(md.plot(md.opened(problem), "diagram"), tmp_path / "open.svg")
+    save(md.plot(md.open_pose(problem), "diagram"), tmp_path / "open.svg")
     assert (tmp_path / "open.svg").stat().st_size > 1000

@@ -32,14 +32,14 @@ SAMPLES = sorted((DATA / "asmt").glob("*.asmt"))
 
 @cache
 def solved(name: str) -> Any:
-    problem = md.imported(DATA / "asmt" / f"{name}.asmt")
+    problem = md.read_drawing(DATA / "asmt" / f"{name}.asmt")
     return md.solve(problem, next(iter(problem.tasks)))
 
 
 @pytest.mark.parametrize("path", SAMPLES, ids=lambda path: path.stem)
 def test_ten_samples_are_imported_and_solved(path: Path, tmp_path: Path) -> None:
     assert len(SAMPLES) == 10
-    problem = md.imported(path)
+    problem = md.read_drawing(path)
     md.dump(problem, tmp_path / "back.toml")
     assert md.load(tmp_path / "back.toml").mechanism == problem.mechanism
     result = solved(path.stem)
@@ -178,15 +178,15 @@ def test_what_has_no_counterpart_is_refused_by_name(
     if new == "Something":
         pairs = [("freeCAD: 3D CAD with Motion Simulation  by  askoh.com", new)]
     with pytest.raises(md.InputError, match=words) as caught:
-        md.imported(changed(name, tmp_path, *pairs))
+        md.read_drawing(changed(name, tmp_path, *pairs))
     assert "changed.asmt" in str(caught.value)
 
 
 def test_a_unit_of_the_lengths(tmp_path: Path) -> None:
-    problem = md.imported(DATA / "asmt" / "four_bar.asmt", unit="in")
+    problem = md.read_drawing(DATA / "asmt" / "four_bar.asmt", unit="in")
     assert problem.mechanism.bodies["Body001"].points["m1"][0] == pytest.approx(30 * 0.0254)
     with pytest.raises(md.InputError, match="unknown unit 'mile'"):
-        md.imported(DATA / "asmt" / "four_bar.asmt", unit="mile")
+        md.read_drawing(DATA / "asmt" / "four_bar.asmt", unit="mile")
 
 
 # -- files that a letter or a rounding kept out ----------------------------------------------------

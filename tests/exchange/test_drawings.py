@@ -32,7 +32,7 @@ SAMPLE = (
 
 
 def drawn(name: str, folder: Path, **options: Any) -> Path:
-    return md.exported(name, "dxf", **options).save(folder / f"{name}.dxf")[0]
+    return md.export(name, format="dxf", **options).save(folder / f"{name}.dxf")[0]
 
 
 @pytest.mark.parametrize("name", SAMPLE)
@@ -81,7 +81,7 @@ def swings(problem: md.Problem) -> list[float]:
 )
 def test_a_drawing_is_read_back(name: str, tmp_path: Path) -> None:
     path = drawn(name, tmp_path)
-    problem = md.imported(path)
+    problem = md.read_drawing(path)
     md.dump(problem, tmp_path / "back.toml")
     again = md.load(tmp_path / "back.toml")
     whole = motion(name)
@@ -223,7 +223,7 @@ def test_bad_drawings_are_told_in_one_message(text: str, words: str, tmp_path: P
     path = tmp_path / "sketch.dxf"
     path.write_text(text)
     with pytest.raises(md.InputError, match=words) as caught:
-        md.imported(path)
+        md.read_drawing(path)
     assert "sketch.dxf" in str(caught.value)
 
 
@@ -279,7 +279,7 @@ def test_a_mesh_without_circles_is_named(tmp_path: Path) -> None:
 def test_a_fixed_slot_comes_back(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A slider-crank whose pin runs in a slot of the ground: its travel is twice the crank."""
     whole = md.load(DATA / "slider-crank-in-a-fixed-slot.toml")
-    path = md.exported(whole, "dxf").save(tmp_path / "slot.dxf")[0]
+    path = md.export(whole, format="dxf").save(tmp_path / "slot.dxf")[0]
     own, remarks = problem_of_drawing(path)
     (slot,) = (joint for joint in own.mechanism.joints.values() if joint.slot)
     result = md.solve(own, "turn")

@@ -69,7 +69,7 @@ def test_files_that_are_there_stay(tmp_path: Path, capsys) -> None:
 
 
 def test_nothing_is_half_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    made = md.exported("slider-crank", "urdf")
+    made = md.export("slider-crank", format="urdf")
     opened = formats.whole_file
     calls = []
 

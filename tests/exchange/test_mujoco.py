@@ -33,7 +33,7 @@ SAMPLE = (
 
 
 def read(name: str):
-    model = mujoco.MjModel.from_xml_string(md.exported(name, "mjcf").text)
+    model = mujoco.MjModel.from_xml_string(md.export(name, format="mjcf").text)
     return model, mujoco.MjData(model)
 
 
@@ -115,7 +115,7 @@ def test_masses_are_those_of_the_file() -> None:
     values = md.load("slider-crank-inertia").mechanism.values()
     assert model.body("rod").mass[0] == pytest.approx(values["rod.mass"], rel=1e-15)
     assert model.body("rod").inertia.max() == pytest.approx(values["rod.inertia"], rel=1e-12)
-    text = md.exported("slider-crank-inertia", "mjcf").text
+    text = md.export("slider-crank-inertia", format="mjcf").text
     assert "assumed for crank, which MuJoCo needs: mass" in text
 
 

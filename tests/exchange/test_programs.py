@@ -116,7 +116,7 @@ def test_c_with_other_numbers(tmp_path: Path) -> None:
 
 def other_numbers(name: str) -> tuple[list[float], dict[str, float]]:
     """Return inputs with two lengths changed, in the order of the header, and by name."""
-    header = md.exported(name, "c").text.split("outputs y")[0]
+    header = md.export(name, format="c").text.split("outputs y")[0]
     given = re.findall(r"^ \*\s+\d+\s+(\S+) \[[^]]*\] = (\S+)$", header, re.M)
     values = {word: float(value) for word, value in given}
     lengths = [word for word in ("b", "c") if word in values]
@@ -143,7 +143,7 @@ def columns(name: str, changed: dict[str, float], s: Any) -> Any:
 @needs_node
 @pytest.mark.parametrize("name", SAMPLE)
 def test_javascript_agrees_at_200_poses(name: str, tmp_path: Path) -> None:
-    md.exported(name, "js").save(tmp_path / "kernel.mjs")
+    md.export(name, format="js").save(tmp_path / "kernel.mjs")
     s = places(name)
     text = (
         'import { Mechanism, info } from "./kernel.mjs";\n'
@@ -161,7 +161,7 @@ def test_javascript_agrees_at_200_poses(name: str, tmp_path: Path) -> None:
 def test_javascript_of_several_drivers(tmp_path: Path) -> None:
     """As in Python; what is refused leaves the pose, numbers may change, bounds hold."""
     walk = walked("five-bar-robot", "circle", 50)
-    md.exported("five-bar-robot", "js", "circle").save(tmp_path / "kernel.mjs")
+    md.export("five-bar-robot", format="js", task="circle").save(tmp_path / "kernel.mjs")
     given = [part.tolist() for part in (walk.u, walk.du, walk.ddu)]
     text = (
         'import { Mechanism, info } from "./kernel.mjs";\n'
@@ -189,7 +189,7 @@ def test_javascript_of_several_drivers(tmp_path: Path) -> None:
 @needs_node
 def test_javascript_with_other_numbers_and_rates_in_time(tmp_path: Path) -> None:
     name = "four-bar-crank-rocker"
-    md.exported(name, "js").save(tmp_path / "kernel.mjs")
+    md.export(name, format="js").save(tmp_path / "kernel.mjs")
     _, changed = other_numbers(name)
     s = [0.3, 1.0, 2.5, 5.0]
     text = (
@@ -214,7 +214,7 @@ def test_javascript_with_other_numbers_and_rates_in_time(tmp_path: Path) -> None
 
 def test_headers_say_inputs_outputs_units() -> None:
     for form in ("c", "js"):
-        head = md.exported("slider-crank", form).text.split("*/")[0]
+        head = md.export("slider-crank", format=form).text.split("*/")[0]
         assert "driver s: crank.angle [rad]" in head
         assert re.search(r"\d  r \[m\] = 0\.1", head)
         assert re.search(r"\d+  points/rod\.C/position\[1\] \[m\]", head)
@@ -231,4 +231,4 @@ def test_headers_say_inputs_outputs_units() -> None:
 )
 def test_what_is_no_kernel_is_refused(name: str, words: str) -> None:
     with pytest.raises(md.InputError, match=words):
-        md.exported(name, "c")
+        md.export(name, format="c")

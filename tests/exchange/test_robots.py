@@ -60,7 +60,7 @@ def test_drivers_have_actuators_in_all_formats() -> None:
 def test_urdf_closes_at_200_poses(name: str, tmp_path) -> None:
     yourdfpy = pytest.importorskip("yourdfpy", reason="the extra exchange is not installed")
     path = tmp_path / "robot.urdf"
-    written = md.exported(name, "urdf").save(path)
+    written = md.export(name, format="urdf").save(path)
     assert [own.name for own in written] == ["robot.urdf", "robot.urdf.loops.json"]
     side = json.loads(written[1].read_text())
     robot = yourdfpy.URDF.load(str(path), load_meshes=False)
@@ -91,7 +91,7 @@ def test_urdf_closes_at_200_poses(name: str, tmp_path) -> None:
 
 
 def test_mimic_elements_only_where_a_line_is_exact() -> None:
-    root = ET.fromstring(md.exported("spur-gears-idler", "urdf").text)
+    root = ET.fromstring(md.export("spur-gears-idler", format="urdf").text)
     found = {own.get("name"): own.find("mimic") for own in root.iter("joint")}
     lines = {name: own for name, own in found.items() if own is not None}
     assert (len(lines), len(found)) == (2, 3)
@@ -100,7 +100,7 @@ def test_mimic_elements_only_where_a_line_is_exact() -> None:
     teeth = [joint.turn_ratio(values.values()) for joint in values.joints.values() if joint.meshes]
     assert ratios[0] == pytest.approx(1 / teeth[0], rel=1e-12)
     assert ratios[1] == pytest.approx(1 / (teeth[0] * teeth[1]), rel=1e-12)
-    text = md.exported("four-bar-crank-rocker", "urdf").text
+    text = md.export("four-bar-crank-rocker", format="urdf").text
     assert "<mimic" not in text
 
 
@@ -150,7 +150,7 @@ def test_a_range_to_limit_positions_stops_short_of_them() -> None:
 def test_nothing_is_claimed_that_is_not_proved() -> None:
     with pytest.raises(NotProved):
         mimics(motion("bennett"), ["P.angle"], 1e-6, 1.0)
-    side = json.loads(md.exported("bennett", "urdf").files[".loops.json"])
+    side = json.loads(md.export("bennett", format="urdf").files[".loops.json"])
     assert side["mimic"] is None
     assert "no step is proved" in side["why_no_mimic"]
 
@@ -204,7 +204,7 @@ def sdf_links(root: ET.Element, values: dict[str, float]) -> dict[str, np.ndarra
 
 @pytest.mark.parametrize("name", ["gorshkov-seven-link", "quick-return-pin", "double-cardan"])
 def test_sdf_closes_at_200_poses(name: str) -> None:
-    root = ET.fromstring(md.exported(name, "sdf").text)
+    root = ET.fromstring(md.export(name, format="sdf").text)
     tree, result = link_tree(motion(name)), motion(name).result
     for row in rows(name):
         values = {}
@@ -226,7 +226,7 @@ def test_sdf_closes_at_200_poses(name: str) -> None:
 def test_sdf_joints_meet_in_the_pose_of_the_file() -> None:
     """Each joint's place, in the child's frame, is where mechdae has the points of the joint."""
     for name in ("gorshkov-seven-link", "car-axis", "rssr"):
-        root = ET.fromstring(md.exported(name, "sdf").text)
+        root = ET.fromstring(md.export(name, format="sdf").text)
         own = motion(name)
         model = root.find("model")
         home = {link.get("name"): pose_of(link) for link in model.iter("link")}
@@ -244,7 +244,7 @@ def test_sdf_joints_meet_in_the_pose_of_the_file() -> None:
 
 def test_sdf_gears_have_the_sign_of_the_format() -> None:
     """theta2 = -gearbox_ratio theta1, angles from the reference body."""
-    root = ET.fromstring(md.exported("geared-five-bar", "sdf").text)
+    root = ET.fromstring(md.export("geared-five-bar", format="sdf").text)
     (gear,) = [own for own in root.iter("joint") if own.get("type") == "gearbox"]
     ratio = float(gear.find("gearbox_ratio").text)
     result = motion("geared-five-bar").result
@@ -350,9 +350,9 @@ def test_a_body_without_mass_gets_a_share_of_its_neighbour() -> None:
 )
 def test_what_a_format_cannot_hold_is_refused_by_name(name: str, form: str, words: str) -> None:
     with pytest.raises(md.InputError, match=words):
-        md.exported(name, form)
+        md.export(name, format=form)
 
 
 def test_loads_that_are_left_out_are_named() -> None:
-    text = md.exported("slider-crank-friction", "mjcf").text
+    text = md.export("slider-crank-friction", format="mjcf").text
     assert "not in this file: load work, friction in O, friction in B" in text

@@ -369,7 +369,7 @@ def test_two_guides_share_a_load_in_no_known_way(write: Any) -> None:
     with pytest.raises(md.SolveError, match="not unique"):
         md.solve(problem, of)
     with pytest.raises(md.SolveError, match="not unique"):
-        md.function(problem, ["g1.slide"], ["joints/g1/reaction"], task="c")
+        md.function(problem, inputs=["g1.slide"], outputs=["joints/g1/reaction"], task="c")
 
 
 # -- sensitivity on the command line -------------------------------------------------------------

@@ -8,11 +8,11 @@ from tests.shared.paths import ROOT
 
 PACKAGE = ROOT / "mechdae"
 BUDGETS = {
-    "describe": 11_160,  # rare kinds in modules of their own, which most problems do not import
+    "describe": 11_220,  # rare kinds in modules of their own, which most problems do not import
     "numerics": 4_610,
     "equations": 7_600,  # what is left out of a scene: rollers, second machines, plane and space
     "results": 3_200,
-    "draw": 19_630,  # graphs of motions; texts are measured without matplotlib
+    "draw": 19_650,  # graphs of motions; texts are measured without matplotlib
     "kernels": 7_450,
     "motion": 22_950,  # poses of several drivers at the speed of one
     "forces": 4_450,
@@ -20,12 +20,12 @@ BUDGETS = {
     "design": 15_770,
     "tasks": 2_090,
     "cli": 1_490,
-    "parts": 26_350,  # what a page teaches by
+    "parts": 26_400,  # what a page teaches by
 }
 """Room -> most lines of its modules; some of them import what annotations name."""
-ALONE = 852
+ALONE = 958
 """Lines of the modules that stand alone: errors, records, types, additions."""
-TOTAL = 135_600
+TOTAL = 135_800
 LONGEST = 500
 LONGER = {
     "describe/mechanism.py": 570,

@@ -18,7 +18,7 @@ from tests.shared.paths import ROOT
 
 ROOMS = {
     "errors": "",
-    "records": "",
+    "records": "errors",
     "types": "",
     "additions": "",
     "numerics": "",

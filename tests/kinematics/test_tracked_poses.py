@@ -118,7 +118,9 @@ def test_laws_do_not_stand_in_the_way() -> None:
     poses = md.Solver("five-bar-robot", "circle").poses({}, u)
     expected = np.array(result.value("bodies/left/angle"))
     assert np.abs(poses["bodies/left/angle"] - expected).max() <= 1e-12
-    found = md.function("five-bar-robot", ["tip.P.x", "tip.P.y"], ["bodies/left/angle"])
+    found = md.function(
+        "five-bar-robot", inputs=["tip.P.x", "tip.P.y"], outputs=["bodies/left/angle"]
+    )
     assert found.name() == "circle"
     assert float(found(*u[17])) == pytest.approx(expected[17], rel=1e-13)
     assert np.isnan(float(found(0.1, 5.0)))

@@ -116,7 +116,7 @@ def test_what_does_not_assemble_is_listed() -> None:
 def test_variants_without_the_load_are_not_compared() -> None:
     every = md.variants("quick-return-friction", "pairs")
     found = [own for own in every if own.name in ("pairs-RRPR", "pairs-RRPP")]
-    ranking = md.rank("quick-return-friction", found)
+    ranking = md.rank("quick-return-friction", variants=found)
     why = {row.name: row.why for row in ranking.rows}
     assert "no load 'load'" in why["pairs-RRPP"]
     assert why["pairs-RRPR"] == ""
@@ -168,7 +168,7 @@ def test_folder_and_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) 
 
 
 def test_pictures_of_constructions() -> None:
-    ranking = md.rank(FOUR_BAR, md.variants(FOUR_BAR, "construction", limit=40))
+    ranking = md.rank(FOUR_BAR, variants=md.variants(FOUR_BAR, "construction", limit=40))
     best = pictures.sheet(ranking, dict.fromkeys(ranking.order[:4]))
     assert len(best.axes) == 4
     lines = pictures.parallel(ranking).axes[0].get_lines()

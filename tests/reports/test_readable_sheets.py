@@ -28,7 +28,7 @@ def words_of(document: Any) -> str:
     ("ru", "1500 Н против движения, пока ram_guide.slide убывает", "мм"),
 ])  # fmt: skip
 def test_a_load_is_told_in_words(lang: str, load: str, millimetre: str) -> None:
-    made = md.assign(SHAPER, {"r_mm": (80, 100, 2)}, count=1, task="forces", lang=lang)
+    made = md.assign(SHAPER, vary={"r_mm": (80, 100, 2)}, count=1, task="forces", lang=lang)
     sheet = made[0].sheet.document
     text = words_of(sheet)
     assert load in text

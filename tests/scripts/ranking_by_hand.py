@@ -55,11 +55,11 @@ def compared(name: str, by: str, count: int, seed: int, poses: int | None = None
     known = [own for own in md.variants(problem, by) if not own.fault]
     generator = np.random.default_rng(seed)
     drawn = [known[k] for k in sorted(generator.permutation(len(known))[:count])]
-    raw = md.rank(problem, drawn)
+    raw = md.rank(problem, variants=drawn)
     names = [own["name"] for own in raw.criteria]
     parts = generator.dirichlet(np.ones(len(names)))
     weights = dict(zip(names, map(float, parts), strict=True))
-    ranking = md.rank(problem, drawn, weights=weights)
+    ranking = md.rank(problem, variants=drawn, weights=weights)
     by_hand = {own.name: figures(own.text, ranking.task, names) for own in drawn}
     worst = max(
         abs(row.values[own] - by_hand[row.name][own]) / max(abs(by_hand[row.name][own]), 1e-300)

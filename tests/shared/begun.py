@@ -194,7 +194,7 @@ class First:
 
     def _of_export(self) -> Pose:
         """Return the places of sites of a model for MuJoCo in its own pose."""
-        (text,) = md.exported(self.problem, "mjcf", task="sweep").files.values()
+        (text,) = md.export(self.problem, format="mjcf", task="sweep").files.values()
         world = ET.fromstring(text).find("worldbody")
         found: Pose = {}
         _walk(world, np.eye(3), np.zeros(3), found)
@@ -202,7 +202,7 @@ class First:
 
     def _of_drawing(self) -> Pose:
         """Return for each joint that is drawn the point that lies nearest, and where it is."""
-        (text,) = md.exported(self.problem, "dxf", task="sweep").files.values()
+        (text,) = md.export(self.problem, format="dxf", task="sweep").files.values()
         lines = [line.strip() for line in text.splitlines()]
         first, pose = self.poses["sweep"], {}
         if isinstance(first, str):

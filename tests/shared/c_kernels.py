@@ -76,7 +76,7 @@ class Kernel:
 
     def __init__(self, name: str, task: str | None, folder: Path, sanitized: bool = True) -> None:
         """Write, compile and keep it; with all warnings as errors."""
-        md.exported(name, "c", task).save(folder / "kernel.c")
+        md.export(name, format="c", task=task).save(folder / "kernel.c")
         (folder / "main.c").write_text(MAIN.replace("NAME", re.sub(r"\W", "_", name)))
         assert GCC is not None
         words = [

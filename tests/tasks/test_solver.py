@@ -267,11 +267,12 @@ def test_memory_is_flat() -> None:
 
 
 def test_functions_are_made_once() -> None:
-    arguments = ("four-bar-crank-rocker", ["crank.angle", "b"], ["points/coupler.P/position"])
-    first = md.function(*arguments)
-    assert md.function(*arguments) is first
+    name = "four-bar-crank-rocker"
+    asked = {"inputs": ["crank.angle", "b"], "outputs": ["points/coupler.P/position"]}
+    first = md.function(name, **asked)
+    assert md.function(name, **asked) is first
     other = md.load("four-bar-crank-rocker").with_values({"a": 0.041})
-    assert md.function(other, *arguments[1:]) is not first
+    assert md.function(other, **asked) is not first
 
 
 def test_kernels_of_forces_count() -> None:

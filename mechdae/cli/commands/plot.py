@@ -220,10 +220,10 @@ def _written_open(
 
 def _opened(problem: Any, name: str, result: Any, pose: int | None) -> Any:
     """Return the pose drawn open, None where it closes or several loops are open."""
-    from mechdae.motion.cases.open.open_mechanism import opened
+    from mechdae.motion.cases.open.open_mechanism import open_pose
 
     try:
-        return opened(problem, name, result=result, pose=pose)
+        return open_pose(problem, name, result=result, pose=pose)
     except SolveError:
         return None
 

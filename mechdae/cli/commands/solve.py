@@ -63,8 +63,9 @@ def run(options: argparse.Namespace) -> int:
                 mode=options.mode if kind != "modes" or options.task else None,
                 poses=options.poses if kind == "sweep" or options.task else None,
                 workers=options.workers or 1 if spread else 1,
+                units=units,
                 progress=show,
-            ).in_units(units)
+            )
         except SolveError as error:
             if spread:
                 clear(show)

@@ -1,4 +1,4 @@
-"""From a TOML file to a problem."""
+"""From a TOML file, or what else stands for a problem, to a problem."""
 
 from __future__ import annotations
 
@@ -7,13 +7,15 @@ import tomllib
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 from mechdae.describe.file import library
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.file.reading import split_known
 from mechdae.describe.file.sections import read_problem
-from mechdae.describe.mechanism import TOLERANCE
+from mechdae.describe.mechanism import TOLERANCE, Mechanism
+from mechdae.describe.tasks.kinds import Task
+from mechdae.describe.values import Number
 from mechdae.errors import (
     CONTROL,
     InputError,
@@ -37,6 +39,60 @@ TOP = (
     "schema title source dimension frames gravity closure_tolerance parameters sizes ground bodies "
     "joints sketch loads outputs tasks expected repeat vectors loops nodes"
 ).split()
+
+
+class HasProblem(Protocol):
+    """A result, which has the problem and the task that it is of."""
+
+    def as_problem(self) -> Problem: ...
+
+
+Source = Problem | Mechanism | HasProblem | str | Path
+"""What stands for a problem: its name or file, a mechanism, a result."""
+
+
+def given(
+    source: Source, task: Task | str | None = None, set: Mapping[str, Number] | None = None
+) -> tuple[Problem, str | None]:
+    """Return the problem that is meant and the name of its task, None where none is named.
+
+    Parameters
+    ----------
+    task
+        A name, or a task as a value, which the problem has after that; a result has its own.
+    set
+        Sizes, parameters and automatic names to change; a suffix (``_mm``) is a unit.
+    """
+    if isinstance(source, Mechanism):
+        whole = Problem(source)
+    elif isinstance(source, Problem):
+        whole = source
+    elif hasattr(source, "as_problem"):
+        whole = source.as_problem()
+        task = next(iter(whole.tasks), None) if task is None else task
+    else:
+        whole = load(source)
+    if set is not None and not isinstance(set, Mapping):
+        raise InputError(f"names and their numbers are needed, not {set!r}", where="set")
+    if set:
+        whole = whole.with_values(set)
+    if not isinstance(task, Task):
+        return whole, task
+    for name, known in whole.tasks.items():
+        if known == task:
+            return whole, name
+    return whole.with_task(task.kind, task), task.kind
+
+
+def chosen(
+    source: Source, task: Task | str | None = None, set: Mapping[str, Number] | None = None
+) -> tuple[Problem, str]:
+    """Return the problem and the name of the task that is meant: without any its first one."""
+    whole, name = given(source, task, set)
+    if name is None and not whole.tasks and isinstance(source, Mechanism):
+        raise InputError("a mechanism needs a task: solve(mechanism, Sweep(...))")
+    whole.task(name)
+    return whole, next(iter(whole.tasks)) if name is None else name
 
 
 def load(name_or_path: str | Path) -> Problem:

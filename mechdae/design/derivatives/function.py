@@ -10,21 +10,19 @@ from __future__ import annotations
 import threading
 from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import replace
-from pathlib import Path as FilePath
 from typing import TYPE_CHECKING, Any
 
 import casadi as ca
 import numpy as np
 
 from mechdae.describe.coordinate_names import coordinate_names
-from mechdae.describe.file.load import load
+from mechdae.describe.file.load import Source, given
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.mechanism import Mechanism
 from mechdae.describe.structure import structure_of
-from mechdae.describe.table import Table
-from mechdae.describe.tasks.kinds import Driver, Sweep
+from mechdae.describe.tasks.kinds import Driver, Sweep, Task
 from mechdae.describe.tasks.reactions import Reactions
-from mechdae.describe.values import names
+from mechdae.describe.values import Number, names
 from mechdae.design.derivatives.composed import Composed, is_series, without_expressions
 from mechdae.errors import InputError, MechdaeError, UnknownName, within
 from mechdae.forces.inverse_dynamics import InverseDynamics
@@ -37,6 +35,7 @@ from mechdae.motion.kinematics.tracker import Tracker
 from mechdae.motion.setup.drivers import placed
 from mechdae.motion.setup.drivers import plan as planned
 from mechdae.motion.setup.scales import Constants
+from mechdae.records import public
 from mechdae.results import whole_path
 from mechdae.types import Floats, Graph, Sym, Unknowns
 
@@ -75,18 +74,21 @@ class DenseCallback(ca.Callback):
         return ca.Sparsity.dense(*self._shape)
 
 
+@public(old="problem inputs outputs task")
 def function(
-    problem: Problem | Mechanism | str | FilePath,
+    problem: Source,
+    task: Task | str | None = None,
+    *,
     inputs: Sequence[str],
     outputs: Sequence[str],
-    task: str | None = None,
+    set: Mapping[str, Number] | None = None,
 ) -> Graph:
     """Return a casadi function from scalars to the values of paths.
 
     Parameters
     ----------
     problem
-        A problem, the name of a predefined one, a file, or a mechanism.
+        A problem, the name of a predefined one, a file, a mechanism, or a result.
     inputs
         Drivers' coordinates (``crank.angle``), their rates (``crank.angle.speed``,
         ``crank.angle.acceleration``), parameters and automatic names, each a scalar input.
@@ -95,6 +97,8 @@ def function(
     outputs
         Paths as in the JSON of a task, one pose each: ``points/rod.B/position``,
         ``efforts/crank.angle``, ``joints/O/reaction``, names of `[outputs]`.
+    set
+        Numbers to change, as of `md.solve`.
     task
         Sweep or reactions task that gives drivers, speeds and friction where they are no
         inputs; the first one with the drivers named. Without any speed forces are quasi-static;
@@ -116,11 +120,11 @@ def function(
     """
     inputs, outputs = _names(inputs, "inputs"), _names(outputs, "outputs")
     _tell_apart([*inputs, *outputs])
-    whole = _problem(problem)
+    whole, named = given(problem, task, set)
     mechanism = whole.mechanism
     values = mechanism.values()
     coordinates = [name for name in inputs if name in coordinate_names(mechanism)]
-    called, base = _base(whole, coordinates, values, task, inputs, outputs)
+    called, base = _base(whole, coordinates, values, named, inputs, outputs)
     drivers = [driver.coordinate for driver in base.all_drivers]
     numbers = [name for name in inputs if name not in drivers and not name.endswith(RATES)]
     for name in numbers:
@@ -147,12 +151,6 @@ def function(
         if key not in _MADE:
             _MADE[key] = _Built(literal, base, inputs, numbers, outputs).function(_plain(called))
         return _MADE[key][0]
-
-
-def _problem(problem: Problem | Mechanism | str | FilePath) -> Problem:
-    if isinstance(problem, Mechanism):
-        return Problem(problem, Table({}))
-    return problem if isinstance(problem, Problem) else load(problem)
 
 
 def _names(given: Sequence[str], where: str) -> list[str]:

@@ -9,9 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, TypeVar
 
-from mechdae.describe.file.load import load
 from mechdae.describe.file.problem import Problem
-from mechdae.describe.mechanism import Mechanism
 from mechdae.describe.tasks.kinds import Task
 from mechdae.design.jobs.distribute import Borrowed, Processes, Supply, Take, distribute, failed
 from mechdae.errors import InputError, MechdaeError
@@ -49,35 +47,26 @@ class JobCall:
 
     def task_of(
         self,
-        problem: Problem | Mechanism | str | Path,
-        task: Task | str | None,
+        problem: Problem,
+        name: str,
         kind: type[Chosen],
         draws: Callable[[Problem, Chosen], tuple[int | None, int | None]],
-    ) -> tuple[Problem, str, Chosen]:
-        """Return a problem, its task's name, and the task with its number of starts and seed."""
-        if isinstance(problem, Mechanism):
-            problem = Problem(problem)
-        whole = problem if isinstance(problem, Problem) else load(problem)
-        if isinstance(task, kind):
-            name = next((n for n, known in whole.tasks.items() if known == task), kind.kind)
-            whole = whole.with_task(name, task)
-        else:
-            named = None if isinstance(task, Task) else task
-            name = task_named(whole, named, lambda known: isinstance(known, kind), kind.kind)
-        chosen = whole.tasks[name]
+    ) -> Chosen:
+        """Return the task of that name with its number of starts and seed."""
+        chosen = problem.tasks[name]
         assert isinstance(chosen, kind)
         for key, value, least in (("starts", self.starts, 1), ("seed", self.seed, 0)):
             if value is not None and (
                 isinstance(value, bool) or int(value) != value or value < least
             ):
                 raise InputError(f"a whole number, {least} or more, is needed", where=key)
-        with blamed(whole, name):
-            starts, seed = draws(whole, chosen)
+        with blamed(problem, name):
+            starts, seed = draws(problem, chosen)
         given: dict[str, object] = {
             "starts": starts if self.starts is None else self.starts,
             "seed": seed if self.seed is None else self.seed,
         }
-        return whole, name, replace(chosen, **given)
+        return replace(chosen, **given)
 
 
 def task_named(

@@ -8,8 +8,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from mechdae.additions import Added, Registry
-from mechdae.describe import Problem, load, whole_file
+from mechdae.describe import whole_file
+from mechdae.describe.file.load import Source, given
+from mechdae.describe.tasks.kinds import Task
+from mechdae.describe.values import Number
 from mechdae.errors import InputError, UnknownName
+from mechdae.records import public
 from mechdae.tasks.motion_of import motion_of
 
 FORMATS: Registry[Added] = Registry(
@@ -110,10 +114,13 @@ def check_format(form: str) -> None:
         raise UnknownName("format", form, FORMATS, where="format")
 
 
-def exported(
-    problem: Problem | str | Path,
+@public(old="problem format task")
+def export(
+    problem: Source,
+    task: Task | str | None = None,
+    *,
     format: str,
-    task: str | None = None,
+    set: Mapping[str, Number] | None = None,
     **options: float,
 ) -> Exported:
     """Return a mechanism in another program's format.
@@ -121,12 +128,14 @@ def exported(
     Parameters
     ----------
     problem
-        A problem, the name of a predefined one, or a file.
+        A problem, the name of a predefined one, a file, a mechanism, or a result.
     format
         "dxf", "mjcf", "sdf", "urdf", "c" or "js".
     task
         A sweep, a task of reactions or a motion: by default the first sweep over a range. It
         gives the pose of the model, the paths of a drawing, the range of a polynomial.
+    set
+        Numbers to change, as of `md.solve`.
     **options
         ``pose`` of a drawing, from 0; ``tolerance`` of the polynomials of a URDF.
 
@@ -146,6 +155,6 @@ def exported(
             raise InputError(
                 f"no option of format {format}", where=name, hint=", ".join(known) or "none"
             )
-    whole = problem if isinstance(problem, Problem) else load(problem)
+    whole, named = given(problem, task, set)
     write = FORMATS[format].load()
-    return Exported(format, write(motion_of(whole, task), **options))
+    return Exported(format, write(motion_of(whole, named), **options))

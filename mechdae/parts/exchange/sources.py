@@ -11,7 +11,7 @@ from mechdae.errors import InputError
 ENDINGS = (".dxf", ".asmt")
 
 
-def imported(path: str | Path, **options: tuple[tuple[float, float]]) -> Problem:
+def read_drawing(path: str | Path, **options: tuple[tuple[float, float]]) -> Problem:
     """Return the problem that a file of another program holds.
 
     Parameters

@@ -13,10 +13,12 @@ from typing import Any
 import numpy as np
 
 from mechdae import __version__
-from mechdae.describe import Driver, Problem, Sweep, Table, Task, dumps, load, whole_file
+from mechdae.describe import Problem, Sweep, Task, dumps, whole_file
 from mechdae.describe.dimensions import parameter_units
+from mechdae.describe.file.load import Source, given
 from mechdae.describe.tasks.reactions import Reactions
 from mechdae.describe.units import SI, Units, units_of
+from mechdae.describe.values import Number
 from mechdae.draw.smooth import in_picture, smooth
 from mechdae.draw.words import table, unit_in_russian
 from mechdae.errors import InputError, MechdaeError
@@ -28,7 +30,7 @@ from mechdae.parts.page import efforts, lesson, link, live, scenes
 from mechdae.parts.page import page_drivers as ways
 from mechdae.parts.page.programs.javascript import NotPrintable
 from mechdae.parts.page.reasons import said
-from mechdae.records import dataclass
+from mechdae.records import dataclass, public
 from mechdae.results import Result, plain
 from mechdae.tasks.solve import solve
 from mechdae.types import Floats, Json
@@ -77,9 +79,12 @@ class Page:
         )
 
 
+@public(old="problem task lang units")
 def page(
-    problem: Problem | Result | str | FilePath,
-    task: str | None = None,
+    problem: Source,
+    task: Task | str | None = None,
+    *,
+    set: Mapping[str, Number] | None = None,
     lang: str = "en",
     units: str | Units = SI,
 ) -> Page:
@@ -88,9 +93,11 @@ def page(
     Parameters
     ----------
     problem
-        A problem, the name of a predefined one, a file, or the result of a task.
+        A problem, the name of a predefined one, a file, a mechanism, or a result.
     task
         Name of a sweep, reactions or motion task; the first one without a name.
+    set
+        Numbers to change, as of `md.solve`.
     lang
         Language of its words, "en" or "ru".
     units
@@ -105,12 +112,11 @@ def page(
     """
     if lang not in LANGUAGES:
         raise InputError(f"no words in '{lang}'", where="lang", hint=", ".join(LANGUAGES))
-    name = task
     if isinstance(problem, Result):
         units = units or problem.units
-        whole, name = _again(problem), problem.task
-    else:
-        whole = problem if isinstance(problem, Problem) else load(problem)
+        if task is None:
+            _check_again(problem)
+    whole, name = given(problem, task, set)
     if name is None:
         able = [name for name, kind in whole.tasks.items() if kind.kind in KINDS]
         if not able:
@@ -128,21 +134,13 @@ def page(
     return _page(whole, name, lang, units_of(asked, whole.mechanism.units))
 
 
-def _again(result: Result) -> Problem:
-    """Return a problem that sweeps the driver of a result over the same range."""
+def _check_again(result: Result) -> None:
+    """Raise for a result whose task has no live page: one driver has to move."""
     moving = [name for name, driver in result.drivers.items() if np.ptp(driver.position) > 0]
     if len(moving) != 1 or result.kind not in KINDS[:2] or result.time is not None:
         raise InputError(
             "a page of a result needs one driver that moves", hint="md.page(problem, task)"
         )
-    if result.definition is not None:
-        known: Table[Task] = Table({result.task: result.definition})
-        return Problem(result.mechanism, known, name=result.problem, title=result.title)
-    moved = result.drivers[moving[0]]
-    low, high = float(moved.position[0]), float(moved.position[-1])
-    driver = Driver(moving[0], from_=low, to=high, speed=float(moved.velocity[0]))
-    task = Sweep(driver=driver, poses=len(moved.position))
-    return Problem(result.mechanism, Table({result.task: task}), name=result.problem)
 
 
 @dataclass

@@ -5,11 +5,16 @@ from __future__ import annotations
 import importlib
 import json
 import tempfile
+from collections.abc import Mapping
 from pathlib import Path
 from types import ModuleType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
+from mechdae.describe.file.load import Source, given
+from mechdae.describe.tasks.kinds import Task
+from mechdae.describe.values import Number
 from mechdae.errors import InputError, SolveError, UnavailableError
+from mechdae.records import public
 
 if TYPE_CHECKING:
     from mechdae.describe import Problem
@@ -19,15 +24,20 @@ KINDS = ("sweep", "modes")
 """Kinds of tasks of which certificates are written."""
 
 
-def certify(problem: Problem | str, task: str | None = None) -> dict[str, Any]:
+@public
+def certify(
+    problem: Source, task: Task | str | None = None, *, set: Mapping[str, Number] | None = None
+) -> Json:
     """Return the certificate of a task, checked: plain data of texts, as its file has it.
 
     Parameters
     ----------
     problem
-        A problem, or the name or path of one.
+        A problem, the name of a predefined one, a file, a mechanism, or a result.
     task
         A sweep or assembly modes; by default the first of these tasks.
+    set
+        Numbers to change, as of `md.solve`.
 
     Raises
     ------
@@ -37,14 +47,14 @@ def certify(problem: Problem | str, task: str | None = None) -> dict[str, Any]:
     SolveError
         A claim does not stand the check in ball arithmetic.
     """
-    loaded = _loaded(problem)
+    loaded, named = given(problem, task, set)
     tasks = [name for name, entry in loaded.tasks.items() if entry.kind in KINDS]
-    if task is None and not tasks:
+    if named is None and not tasks:
         raise UnavailableError("no task of kind sweep or modes, which certificates are written of")
     _checker()
     from mechdae.parts.proof.write import certificate_of  # needs what the checker needs
 
-    content = certificate_of(loaded, task or tasks[0])
+    content = certificate_of(loaded, named or tasks[0])
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "certificate"
         path.write_text(as_json(content), encoding="utf-8")
@@ -52,7 +62,13 @@ def certify(problem: Problem | str, task: str | None = None) -> dict[str, Any]:
     return content
 
 
-def check_certificate(path: str | Path, problem: Problem | str | None = None) -> str:
+@public
+def check_certificate(
+    path: str | Path,
+    problem: Source | None = None,
+    *,
+    set: Mapping[str, Number] | None = None,
+) -> str:
     """Check a certificate in ball arithmetic, and return what was proved in words.
 
     Parameters
@@ -61,6 +77,8 @@ def check_certificate(path: str | Path, problem: Problem | str | None = None) ->
         File of the certificate.
     problem
         The problem of which it has to be: the numbers of the mechanism are compared.
+    set
+        Numbers of the problem to change.
 
     Raises
     ------
@@ -74,19 +92,13 @@ def check_certificate(path: str | Path, problem: Problem | str | None = None) ->
         place, _, why = str(refused).partition(": ")
         raise SolveError(f"refused: {why}", where=place) from None
     if problem is not None:
-        _compare(json.loads(Path(path).read_text(encoding="utf-8")), _loaded(problem))
+        _compare(json.loads(Path(path).read_text(encoding="utf-8")), given(problem, set=set)[0])
     return proved
 
 
 def as_json(content: Json) -> str:
     """Return a certificate as the text of its file."""
     return json.dumps(content, indent=1, ensure_ascii=False) + "\n"
-
-
-def _loaded(problem: Problem | str) -> Problem:
-    from mechdae.describe import load
-
-    return load(problem) if isinstance(problem, str | Path) else problem
 
 
 def _checker() -> ModuleType:

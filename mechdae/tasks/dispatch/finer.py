@@ -6,8 +6,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from mechdae.describe.file.problem import Problem
-from mechdae.describe.table import Table
 from mechdae.describe.tasks.kinds import Driver, Sweep
 from mechdae.describe.tasks.motion import Motion
 from mechdae.errors import SolveError
@@ -26,8 +24,7 @@ def finer(result: Result, parts: int) -> Result:
         task = replace(task, at=times, poses=None)
     else:
         task = _finer_sweep(result, task, parts)
-    problem = Problem(result.mechanism, Table({result.task: task}), name=result.problem)
-    return solve(problem, result.task)
+    return solve(result.as_problem().with_task(result.task, task), result.task)
 
 
 def _finer_sweep(result: Result, task: Sweep, parts: int) -> Sweep:

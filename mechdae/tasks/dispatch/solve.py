@@ -4,13 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from pathlib import Path
 
 from mechdae.additions import Registry, TaskKind, at_home
-from mechdae.describe.file.load import load
+from mechdae.describe.file.load import Source, chosen
 from mechdae.describe.file.problem import Problem
-from mechdae.describe.mechanism import Mechanism
-from mechdae.describe.table import Table
 from mechdae.describe.tasks.kinds import MEASURES, TASKS, Task
 from mechdae.errors import InputError, MechdaeError, UnavailableError
 from mechdae.results import Result
@@ -25,24 +22,20 @@ KINDS: Registry[TaskKind] = Registry("tasks", {
 """Kind of task -> its functions."""
 
 
-def solve(
-    problem: Problem | Mechanism | str | Path,
-    task: Task | str | None = None,
-    **options: object,
-) -> Result:
+def solve(problem: Source, task: Task | str | None = None, **options: object) -> Result:
     """Return the result of one task."""
-    whole = as_problem(problem, task)
-    name, chosen = task_of(whole, task)
-    kind = KINDS.get(chosen.kind)
+    whole, name = chosen(problem, task)
+    meant = whole.tasks[name]
+    kind = KINDS.get(meant.kind)
     if kind is None:
         raise UnavailableError(
-            f"tasks of kind '{chosen.kind}' are not computed by this version",
+            f"tasks of kind '{meant.kind}' are not computed by this version",
             where=f"tasks.{name}.kind",
             hint=f"available: {', '.join(KINDS)}",
         )
-    check_available(whole, name, chosen)
+    check_available(whole, name, meant)
     with placed(whole, name):
-        result: Result = at_home(kind.run)(whole, name, chosen, **options)
+        result: Result = at_home(kind.run)(whole, name, meant, **options)
     return result
 
 
@@ -95,24 +88,3 @@ def check_available(problem: Problem, name: str, task: Task) -> None:
             where=f"tasks.{name}.measures",
             hint=f"{here} there are {', '.join(w for w in MEASURES if w not in missing)}",
         )
-
-
-def as_problem(problem: Problem | Mechanism | str | Path, task: Task | str | None) -> Problem:
-    """Return the problem that is meant; a mechanism gets the task as its only one."""
-    if isinstance(problem, Mechanism):
-        if not isinstance(task, Task):
-            raise InputError("a mechanism needs a task: solve(mechanism, Sweep(...))")
-        return Problem(problem, Table({task.kind: task}))
-    return problem if isinstance(problem, Problem) else load(problem)
-
-
-def task_of(problem: Problem, task: Task | str | None) -> tuple[str, Task]:
-    """Return name and task."""
-    if isinstance(task, Task):
-        known = next((each for each in problem.tasks.items() if each[1] == task), None)
-        if known is None:
-            Problem(problem.mechanism, Table({task.kind: task}))  # raises where it does not fit
-        return known or (task.kind, task)
-    chosen = problem.task(task)
-    name = next(n for n, known in problem.tasks.items() if known is chosen)
-    return name, chosen

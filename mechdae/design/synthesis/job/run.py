@@ -15,8 +15,6 @@ import numpy as np
 
 from mechdae import __version__
 from mechdae.describe.file.problem import Problem
-from mechdae.describe.mechanism import Mechanism
-from mechdae.describe.tasks.kinds import Task
 from mechdae.describe.tasks.synthesis import Synthesis, demand
 from mechdae.design.jobs.call import JobCall, PathProgress, Progress, Workers, blamed
 from mechdae.design.jobs.log import JobLog
@@ -38,7 +36,6 @@ if TYPE_CHECKING:
 
 FORMAT = 1
 NAME = "starts.jsonl"
-ALONE = JobCall()
 """Starts one after the other in this process, kept nowhere."""
 KEYS = (
     "driver", "goal", "objectives", "free", "constraints", "starts", "seed", "robust", "tolerances",
@@ -160,18 +157,16 @@ def _optimum(entry: Mapping[str, Any]) -> Optimum:
     return Optimum(**values)
 
 
-def synthesize(
-    problem: Problem | Mechanism | str | Path, task: Task | str | None = None, call: JobCall = ALONE
-) -> Result:
+def synthesize(problem: Problem, name: str, call: JobCall) -> Result:
     """Return the designs of a task of synthesis, best first; see `mechdae.synthesize`."""
     pool = call.pool()
-    whole, name, chosen = call.task_of(problem, task, Synthesis, _draws)
-    text = text_of(whole, name, chosen)
+    chosen = call.task_of(problem, name, Synthesis, _draws)
+    text = text_of(problem, name, chosen)
     assert chosen.starts is not None
     log = nullcontext() if call.out is None else Log(call.out, text, name, chosen.starts)
-    with blamed(whole, name, KEYS), log as kept, pool as workers:
+    with blamed(problem, name, KEYS), log as kept, pool as workers:
         job = Job(text, name, chosen.starts, workers, kept, call.progress, call.paths)
-        return designs_of(whole, name, chosen, run=job, follow=job.follow)
+        return designs_of(problem, name, chosen, run=job, follow=job.follow)
 
 
 def _draws(problem: Problem, task: Synthesis) -> tuple[int, int]:

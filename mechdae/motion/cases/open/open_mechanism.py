@@ -8,7 +8,7 @@ least gap its derivative by each length is what says which links are too short o
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -18,15 +18,16 @@ import numpy as np
 from mechdae.describe.coordinate_kinds import ANGLE
 from mechdae.describe.coordinates import NamedCoordinate, coordinate
 from mechdae.describe.expression import evaluate
-from mechdae.describe.file.load import load
+from mechdae.describe.file.load import chosen
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.mechanism import GROUND, Mechanism
 from mechdae.describe.tasks.kinds import Driven, Task
+from mechdae.describe.values import Number
 from mechdae.equations.model import Model
 from mechdae.errors import SolveError
 from mechdae.kernels.run.functions import Call
 from mechdae.motion.setup.drivers import plan, sketched
-from mechdae.records import dataclass
+from mechdae.records import dataclass, public
 from mechdae.results import FINE, Named, Result, Series, Status, Summary, SweepResult, statuses
 from mechdae.types import Floats, Json, Unknowns
 
@@ -53,10 +54,12 @@ class Open:
     prices: Floats
 
 
-def opened(
+@public
+def open_pose(
     problem: Problem | str | Path,
     task: str | None = None,
     *,
+    set: Mapping[str, Number] | None = None,
     result: Result | None = None,
     pose: int | None = None,
 ) -> SweepResult:
@@ -65,9 +68,11 @@ def opened(
     Parameters
     ----------
     problem
-        A problem, the name of a predefined one, or a file.
+        A problem, the name of a predefined one, a file, a mechanism, or a result.
     task
         The task whose drivers' values are kept: those of the sketch, else of its first pose.
+    set
+        Numbers to change, as of `md.solve`.
     result, pose
         A result of that task and the index of a pose that is not assembled: the drivers'
         values are those of that pose, and the links start from the nearest assembled one.
@@ -84,16 +89,15 @@ def opened(
     SolveError
         The mechanism closes, or no joint alone leaves the others closed.
     """
-    whole = problem if isinstance(problem, Problem) else load(problem)
-    chosen = whole.task(task)
-    name = next(name for name, known in whole.tasks.items() if known is chosen)
+    whole, name = chosen(problem, task, set)
+    meant = whole.tasks[name]
     mechanism = _plain(whole.mechanism)
-    equations = _Equations(mechanism, *_driven(whole.mechanism, chosen, result, pose))
+    equations = _Equations(mechanism, *_driven(whole.mechanism, meant, result, pose))
     if result is not None and pose is not None:
         equations.keep(result, pose)
     start = equations.start(*_sketch(whole.mechanism, result, pose))
     found = equations.least(start)
-    return _report(whole, name, chosen, equations, found)
+    return _report(whole, name, meant, equations, found)
 
 
 def _plain(mechanism: Mechanism) -> Mechanism:

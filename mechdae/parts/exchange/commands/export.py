@@ -25,14 +25,14 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    from mechdae.parts.exchange import exported
+    from mechdae.parts.exchange import export
     from mechdae.parts.exchange.formats import check_format, places
 
     check_format(options.format)
     places(options.out, {"": ""}, options.overwrite)
     values = {"pose": options.pose, "tolerance": options.tolerance}
     given = {name: value for name, value in values.items() if value is not None}
-    made = exported(problem_of(options), options.format, options.task, **given)
+    made = export(problem_of(options), options.task, format=options.format, **given)
     for path in made.save(options.out, options.overwrite):
         print(path)
     return 0

@@ -26,7 +26,9 @@ def plotted(options: argparse.Namespace) -> int:
     given = [name for name in OPTIONS if name != "lang" and getattr(options, name) is not None]
     if given or options.mode is not None or options.format not in (None, "html"):
         raise InputError("a page has no options but --lang", where="--kind page")
-    made = page(problem_of(options), options.task, options.lang or "en", units_asked(options))
+    made = page(
+        problem_of(options), options.task, lang=options.lang or "en", units=units_asked(options)
+    )
     out = Path(options.out)
     named = out.suffix == ".html" and not out.is_dir()
     path = out if named else out / f"{made.data['problem']}-{made.data['task']}.html"
@@ -38,7 +40,7 @@ def plotted(options: argparse.Namespace) -> int:
 def run(options: argparse.Namespace) -> int:
     from mechdae.parts.page import page
 
-    made = page(problem_of(options), options.task, options.lang, units_asked(options))
+    made = page(problem_of(options), options.task, lang=options.lang, units=units_asked(options))
     data = made.data
     target = Path(options.out or f"{data['problem']}-{data['task']}.html")
     if not target.parent.is_dir():

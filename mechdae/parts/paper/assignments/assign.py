@@ -15,10 +15,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from mechdae import __version__
-from mechdae.describe import Problem, Sweep, Table, Task, load
+from mechdae.describe import Problem, Sweep, Table, Task
 from mechdae.describe.dimensions import parameter_units
+from mechdae.describe.file.load import Source, given
 from mechdae.describe.file.writing import alone
 from mechdae.describe.units import SI, Units, units_of
+from mechdae.describe.values import Number
 from mechdae.draw import plot
 from mechdae.draw.figure import svg_text
 from mechdae.draw.formulas import Document, Facts, Part, Section
@@ -31,7 +33,7 @@ from mechdae.parts.paper.explanations.subject import Subject
 from mechdae.parts.paper.phrases import Phrases
 from mechdae.parts.paper.reports import sections
 from mechdae.parts.paper.reports.report import ENDINGS, MOST, Report
-from mechdae.records import dataclass
+from mechdae.records import dataclass, public
 from mechdae.tasks import Solver
 
 if TYPE_CHECKING:
@@ -178,12 +180,14 @@ def _quoted(text: str) -> str:
     return json.dumps(text, ensure_ascii=False)
 
 
+@public(old="problem vary")
 def assign(
-    problem: Problem | str | Path,
-    vary: Mapping[str, Sequence[int | str]],
+    problem: Source,
+    task: Task | str | None = None,
     *,
+    vary: Mapping[str, Sequence[float | str]],
     count: int | None = None,
-    task: str | None = None,
+    set: Mapping[str, Number] | None = None,
     transmission_angle: float | None = None,
     positions: int = 12,
     pose: int = 1,
@@ -200,7 +204,7 @@ def assign(
     Parameters
     ----------
     problem
-        A problem, the name of a predefined one, or a file.
+        A problem, the name of a predefined one, a file, a mechanism, or a result.
     vary
         name -> (low, high) or (low, high, step); a suffix of the name is a unit (``a_mm``).
         Values are multiples of the step, by default a round one.
@@ -208,6 +212,8 @@ def assign(
         How many variants; without it 30, or as many as the ranges give.
     task
         A sweep or a task of kind reactions; by default the first one over an interval.
+    set
+        Numbers of the problem to change, as of `md.solve`.
     transmission_angle
         Least transmission angle of each dyad [rad]; 30 degrees, 0: none.
     positions, pose
@@ -231,7 +237,7 @@ def assign(
     SolveError
         Too few sets of numbers do; the message says what fails and how often.
     """
-    whole = problem if isinstance(problem, Problem) else load(problem)
+    whole, named = given(problem, task, set)
     if students:
         count = _counted(students, count)
     wanted, least = (USUAL, 1) if count is None else (count, count)
@@ -239,7 +245,7 @@ def assign(
     drawn = ranges(whole, vary)
     shown = _units(units.asked if isinstance(units, Units) else units, whole, drawn)
     words = Phrases(lang, "assignments", shown), Phrases(lang, "reports"), Phrases(lang)
-    name = moving_task(whole, task, ends=True)
+    name = moving_task(whole, named, ends=True)
     bare = _with_positions(whole, name, positions)
     rows = _rows(bare, name, positions)
     if not 0 <= pose < len(rows):

@@ -60,7 +60,7 @@ class RoundRange:
         return UNITS[suffix].name if suffix else ""
 
 
-def ranges(problem: Problem, vary: Mapping[str, Sequence[int | str]]) -> tuple[RoundRange, ...]:
+def ranges(problem: Problem, vary: Mapping[str, Sequence[float | str]]) -> tuple[RoundRange, ...]:
     """Return the ranges of the numbers that are varied.
 
     `vary`: name -> (low, high) or (low, high, step), numbers or their decimal digits; a suffix of
@@ -77,7 +77,7 @@ def ranges(problem: Problem, vary: Mapping[str, Sequence[int | str]]) -> tuple[R
     return found
 
 
-def _range(problem: Problem, name: str, ends: Sequence[int | str]) -> RoundRange:
+def _range(problem: Problem, name: str, ends: Sequence[float | str]) -> RoundRange:
     where = f"vary {name}"
     _check_name(problem, name, where)
     if isinstance(ends, str) or not isinstance(ends, Sequence) or len(ends) not in (2, 3):
@@ -99,7 +99,7 @@ def _range(problem: Problem, name: str, ends: Sequence[int | str]) -> RoundRange
     return RoundRange(name, first * step, step, int(last - first) + 1)
 
 
-def _decimal(value: int | str, where: str) -> Decimal:
+def _decimal(value: float | str, where: str) -> Decimal:
     """Return a number with the digits that were typed."""
     try:
         found = Decimal(value if isinstance(value, str) else repr(float(value)))

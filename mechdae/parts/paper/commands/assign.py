@@ -48,9 +48,9 @@ def run(options: argparse.Namespace) -> int:
     angle = options.transmission_deg
     made = assign(
         problem_of(options),
-        _ranges(options.vary),
+        options.task,
+        vary=_ranges(options.vary),
         count=options.count,
-        task=options.task,
         transmission_angle=None if angle is None else radians(angle),
         positions=options.positions,
         pose=options.pose,

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from mechdae.describe import Problem, Sweep, load
+from mechdae.describe import Problem, Sweep
+from mechdae.describe.file.load import Source, given
+from mechdae.describe.tasks.kinds import Task
 from mechdae.describe.units import SI, Units
+from mechdae.describe.values import Number
 from mechdae.draw import plot
 from mechdae.draw.diagram.driver import drivers_of, value_text
 from mechdae.draw.figure import svg_text
@@ -29,6 +32,7 @@ from mechdae.parts.paper.explanations.localised import Paper, localised, subject
 from mechdae.parts.paper.explanations.motion import group_section
 from mechdae.parts.paper.explanations.subject import KINDS, Subject
 from mechdae.parts.paper.phrases import Phrases
+from mechdae.records import public
 from mechdae.results import Result
 from mechdae.tasks.solve import solve
 
@@ -88,10 +92,12 @@ class Explanation(Paper):
         return self.text()
 
 
+@public
 def explain(
-    problem: Problem | Result | str | Path,
-    task: str | None = None,
+    problem: Source,
+    task: Task | str | None = None,
     *,
+    set: Mapping[str, Number] | None = None,
     pose: int | None = None,
     group: str | None = None,
     lang: str = "en",
@@ -102,10 +108,11 @@ def explain(
     Parameters
     ----------
     problem
-        A problem, the name of a predefined one, a file, or what `mechdae.solve` returned for a
-        sweep or a task of kind reactions.
+        A problem, the name of a predefined one, a file, a mechanism, or a result.
     task
         Of a problem: a sweep or a task of kind reactions, by default the first one.
+    set
+        Numbers to change, as of `md.solve`.
     pose
         Index of the pose, negative from the end; by default one in which links are apart.
     group
@@ -132,7 +139,11 @@ def explain(
         The mechanism does not assemble.
     """
     say = Phrases(lang)
-    result = problem if isinstance(problem, Result) else _solved(problem, task)
+    if isinstance(problem, Result) and task is None and set is None:
+        result = problem
+    else:
+        whole, named = given(problem, task, set)
+        result = solve(whole, first_task(whole, named))
     result = result.in_units(units) if units else result
     subject = subject_of(result, pose, say)
     groups = subject.group(group)
@@ -202,12 +213,6 @@ def moving_task(problem: Problem, task: str | None, ends: bool = False) -> str:
         if drivers and all(one.at is None and not (ends and one.range) for one in drivers):
             return name
     return first_task(problem, task)
-
-
-def _solved(problem: Problem | str | Path, task: str | None) -> Result:
-    """Return the result of a task, by default of the first one that can be explained."""
-    whole = problem if isinstance(problem, Problem) else load(problem)
-    return solve(whole, first_task(whole, task))
 
 
 def _head(subject: Subject) -> Section:

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from mechdae import __version__
-from mechdae.describe import Problem, load
-from mechdae.describe.tasks.kinds import Driven
+from mechdae.describe import Problem
+from mechdae.describe.file.load import Source, given
+from mechdae.describe.tasks.kinds import Driven, Task
 from mechdae.describe.units import SI, Units
+from mechdae.describe.values import Number
 from mechdae.draw import plot
 from mechdae.draw.figure import new_axes, svg_text
 from mechdae.draw.formulas import Document, Image, Passage, Section
@@ -19,6 +22,7 @@ from mechdae.parts.paper.explanations.localised import Paper, localised, subject
 from mechdae.parts.paper.explanations.subject import Subject
 from mechdae.parts.paper.phrases import Phrases
 from mechdae.parts.paper.reports import sections
+from mechdae.records import public
 from mechdae.results import Result
 from mechdae.tasks.solve import solve
 
@@ -84,10 +88,12 @@ def writable(target: Path) -> None:
         raise InputError("no such folder", where=str(target.parent))
 
 
+@public
 def report(
-    problem: Problem | str | Path,
-    task: str | None = None,
+    problem: Source,
+    task: Task | str | None = None,
     *,
+    set: Mapping[str, Number] | None = None,
     positions: int = 12,
     pose: int = 1,
     lang: str = "en",
@@ -98,9 +104,11 @@ def report(
     Parameters
     ----------
     problem
-        A problem, the name of a predefined one, or a file.
+        A problem, the name of a predefined one, a file, a mechanism, or a result.
     task
         A sweep or a task of kind reactions; by default the first one over an interval.
+    set
+        Numbers to change, as of `md.solve`.
     positions
         How many positions the tables have: equally spaced along the driver, the first one at the
         start of its range.
@@ -123,8 +131,8 @@ def report(
     say = Phrases(lang, "reports")
     if not 1 <= positions <= MOST:
         raise InputError(f"{positions} positions", hint=f"a whole number from 1 to {MOST}")
-    whole = problem if isinstance(problem, Problem) else load(problem)
-    name = moving_task(whole, task)
+    whole, named = given(problem, task, set)
+    name = moving_task(whole, named)
     result, rows = _solved(whole, name, positions)
     result = result.in_units(units) if units else result
     if not 0 <= pose < len(rows):

@@ -73,9 +73,9 @@ def run(options: argparse.Namespace) -> int:
     try:
         ranking = rank(
             problem,
-            options.variants,
+            options.task,
+            variants=options.variants,
             by=options.by or "construction",
-            task=options.task,
             weights=_numbers(options.weights, "--weights"),
             criteria=options.criteria,
             within=_numbers(options.within, "--within"),

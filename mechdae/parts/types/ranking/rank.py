@@ -10,12 +10,15 @@ from typing import Any
 import numpy as np
 
 from mechdae.describe import Problem, load
+from mechdae.describe.file.load import Source, given
+from mechdae.describe.tasks.kinds import Task
+from mechdae.describe.values import Number
 from mechdae.errors import InputError, MechdaeError, UnknownName
 from mechdae.numerics.dominance import undominated
 from mechdae.parts.types.chains.variants.scheme import Variant, planar
 from mechdae.parts.types.ranking.batch import Values, valued
 from mechdae.parts.types.ranking.variants import first_sweep, variants
-from mechdae.records import dataclass
+from mechdae.records import dataclass, public
 from mechdae.types import Floats
 
 CLOSE = 1e-9
@@ -166,12 +169,14 @@ class Ranking:
         } | ({"missing": missing} if missing else {})
 
 
+@public(old="problem variants")
 def rank(
-    problem: Problem | str | Path,
-    variants: Iterable[Variant | Problem] | str | Path | None = None,
+    problem: Source,
+    task: Task | str | None = None,
     *,
+    variants: Iterable[Variant | Problem] | str | Path | None = None,
     by: str = "construction",
-    task: str | None = None,
+    set: Mapping[str, Number] | None = None,
     weights: Mapping[str, float] | None = None,
     criteria: Iterable[str] | None = None,
     within: Mapping[str, float] | None = None,
@@ -185,9 +190,11 @@ def rank(
     Parameters
     ----------
     problem
-        The mechanism that is varied: a problem, the name of a predefined one, or a file.
+        What is varied: a problem, the name of a predefined one, a file, a mechanism, or a result.
     variants
         Variants, problems, or a folder of problem files; absent: all of `problem`, ``by``.
+    set
+        Numbers of the problem to change, as of `md.solve`.
     by, limit
         As of `md.variants`.
     task
@@ -210,9 +217,9 @@ def rank(
     InputError
         Weights that do not add up to 1, unknown criteria, no variants.
     """
-    whole = problem if isinstance(problem, Problem) else load(problem)
+    whole, named = given(problem, task, set)
     found = _collected(whole, variants, by, limit)
-    name = task or _task(whole)
+    name = named or _task(whole)
     checked_ones = [_comparable(variant, whole, name) for variant in found]
     values = valued(checked_ones, name, output, workers, progress)
     used, missing = _used(values, criteria)

@@ -2,22 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from itertools import islice
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from mechdae.describe import GROUND, Driver, Joint, Problem, Sweep, Table, load
+from mechdae.describe import GROUND, Driver, Joint, Problem, Sweep, Table
+from mechdae.describe.file.load import Source, given
 from mechdae.describe.tasks.kinds import Driven, Modes
+from mechdae.describe.values import Number
 from mechdae.errors import AssemblyError, InputError, MechdaeError, UnknownName
 from mechdae.parts.types.chains.variants import constructions, pair_kinds
 from mechdae.parts.types.chains.variants.layers import LinksCrossing
 from mechdae.parts.types.chains.variants.orders import Orders
 from mechdae.parts.types.chains.variants.scheme import Pose, Variant, moves, planar
-from mechdae.records import dataclass
+from mechdae.records import dataclass, public
 from mechdae.results import Result
 from mechdae.tasks.pictures import with_sketch
 from mechdae.tasks.solve import solve
@@ -30,20 +31,24 @@ STILL = 0.1
 WAYS = ("order", "inversion", "pairs", "construction")
 
 
+@public
 def variants(
-    problem: Problem | str | Path, by: str = "order", *, limit: int | None = None
-) -> Iterator[Variant]:
+    problem: Source, by: str = "order", *, limit: int | None = None,
+    set: Mapping[str, Number] | None = None,
+) -> Iterator[Variant]:  # fmt: skip
     """Yield the variants of a mechanism, each when it is asked for.
 
     Parameters
     ----------
     problem
-        A problem, the name of a predefined one, or a file.
+        A problem, the name of a predefined one, a file, a mechanism, or a result.
     by
         "order": cyclic orders of the vectors of a loop; "inversion": fixed links; "pairs":
         revolute or prismatic at each joint; "construction": six for each pin.
     limit
         How many at most.
+    set
+        Numbers of the problem to change, as of `md.solve`.
 
     Yields
     ------
@@ -57,16 +62,19 @@ def variants(
     SolveError
         The mechanism itself does not assemble.
     """
-    return islice(_Varied(problem, by).found(), _checked(limit))
+    return islice(_Varied(problem, by, set).found(), _checked(limit))
 
 
-def count_variants(problem: Problem | str | Path, by: str = "order") -> tuple[int, int]:
+@public
+def count_variants(
+    problem: Source, by: str = "order", *, set: Mapping[str, Number] | None = None
+) -> tuple[int, int]:
     """Return how many variants there are, and how many up to the loop's reversal.
 
     More exactly up to symmetries of the structure that keep the fixed link, which for a single
     loop is its reversal. Orders are counted without direction, fixed links without regard to it.
     """
-    return _Varied(problem, by).count
+    return _Varied(problem, by, set).count
 
 
 def _checked(limit: int | None) -> int | None:
@@ -78,10 +86,10 @@ def _checked(limit: int | None) -> int | None:
 class _Varied:
     """A mechanism with what its variants need of its motion."""
 
-    def __init__(self, problem: Problem | str | Path, by: str) -> None:
+    def __init__(self, problem: Source, by: str, set: Mapping[str, Number] | None) -> None:
         if by not in WAYS:
             raise UnknownName("way to vary", by, WAYS, where="by")
-        whole = problem if isinstance(problem, Problem) else load(problem)
+        whole, _ = given(problem, set=set)
         self.by, self.problem = by, planar(whole, loops=by == "order")
 
     @property

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from mechdae import __version__
-from mechdae.describe import Mechanism, Problem, Task
+from mechdae.describe import Problem
 from mechdae.describe.file.writing import alone
 from mechdae.design.jobs.call import JobCall, Progress, Workers, blamed
 from mechdae.design.jobs.log import JobLog
@@ -23,25 +23,21 @@ from mechdae.parts.types.schemes.search import Run, SchemeSearch
 from mechdae.parts.types.schemes.work_items import FoundSets, SchemePiece, computed
 from mechdae.results import Summary, SynthesisResult
 
-ALONE = JobCall()
 FORMAT = 1
 LOG = "pieces.jsonl"
 OPEN = ("samples", "starts", "grow", "keep", "reference")
 """Keys that may differ in one folder: pieces are known by what they hold."""
 
 
-def compose(
-    problem: Problem | Mechanism | str | Path, task: Task | str | None = None,
-    call: JobCall = ALONE,
-) -> SynthesisResult:  # fmt: skip
+def compose(problem: Problem, name: str, call: JobCall) -> SynthesisResult:
     """Return the front of a task of composition: schemes with dimensions that trace its curve."""
     pool = call.pool()
-    whole, name, chosen = call.task_of(problem, task, Composition, _draws)
+    chosen = call.task_of(problem, name, Composition, _draws)
     open_ = replace(chosen, **dict.fromkeys(OPEN))
-    text = alone(replace(bare_crank(), parameters=whole.mechanism.parameters), {name: open_})
+    text = alone(replace(bare_crank(), parameters=problem.mechanism.parameters), {name: open_})
     log = nullcontext() if call.out is None else PieceLog(call.out, text, name)
-    with blamed(whole, name, ("chains",)), log as kept, pool as workers:
-        return composed(whole, name, chosen, run=PieceJob(workers, kept, call.progress))
+    with blamed(problem, name, ("chains",)), log as kept, pool as workers:
+        return composed(problem, name, chosen, run=PieceJob(workers, kept, call.progress))
 
 
 def _draws(problem: Problem, task: Composition) -> tuple[int | None, int | None]:
