@@ -12,8 +12,7 @@ from mechdae.describe.values import Number
 from mechdae.errors import InputError, MechdaeError
 from mechdae.records import public
 from mechdae.results import Result
-from mechdae.tasks.dispatch.solve import KINDS
-from mechdae.tasks.dispatch.solve import solve as solved
+from mechdae.tasks.dispatch.solve import KINDS, run
 
 
 @public
@@ -70,7 +69,7 @@ def solve(
     options = {"workers": workers, "progress": progress} if _spreads(meant) else {}
     if wanted is not meant:
         whole = whole.with_task(name, wanted)
-    return solved(whole, name, **options).in_units(units)
+    return run(whole, name, **options).in_units(units)
 
 
 def _spreads(task: Task) -> bool:

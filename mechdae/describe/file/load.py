@@ -91,7 +91,8 @@ def chosen(
     whole, name = given(source, task, set)
     if name is None and not whole.tasks and isinstance(source, Mechanism):
         raise InputError("a mechanism needs a task: solve(mechanism, Sweep(...))")
-    whole.task(name)
+    if not isinstance(name, str) or name not in whole.tasks:
+        whole.task(name)  # raises, but of None
     return whole, next(iter(whole.tasks)) if name is None else name
 
 

@@ -25,6 +25,11 @@ KINDS: Registry[TaskKind] = Registry("tasks", {
 def solve(problem: Source, task: Task | str | None = None, **options: object) -> Result:
     """Return the result of one task."""
     whole, name = chosen(problem, task)
+    return run(whole, name, **options)
+
+
+def run(whole: Problem, name: str, **options: object) -> Result:
+    """Return the result of the task of that name."""
     meant = whole.tasks[name]
     kind = KINDS.get(meant.kind)
     if kind is None:
