@@ -133,3 +133,28 @@ def test_arms_with_parallel_axes_and_no_wrist_are_proven(monkeypatch: pytest.Mon
         for own in (found, searched)
     )
     assert np.abs(ours[:, None] - theirs).max(axis=2).min(axis=0).max() < 1e-9
+
+
+def test_an_arm_with_three_parallel_axes_is_proven(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Axes as those of a UR, whose wrist has none that meet in a point."""
+    problem = md.load("six-axis-arm")
+    arm, joints = problem.mechanism, problem.mechanism.joints
+    roll = md.Body("roll", {"W": (0, 0, 0), "V": (0, 0.1, 0)})
+    bend = md.Body("bend", {"W": (0, 0, 0), "U": (0, 0, 0.1)})
+    turned = {
+        "J4": replace(joints["J4"], axis=(0, 1, 0), zero=(1, 0, 0)),
+        "J5": replace(joints["J5"], first="roll.V", axis=(0, 0, 1), zero=(1, 0, 0)),
+        "J6": replace(joints["J6"], first="bend.U"),
+    }
+    bodies = {**arm.bodies, "roll": roll, "bend": bend}
+    problem = replace(problem, mechanism=replace(arm, bodies=bodies, joints={**joints, **turned}))
+    found = md.solve(problem, "modes")
+    assert (found.summary["count"], found.summary["proven"]) == (8, True)
+    assert "three axes are parallel: 8 complex poses" in found.summary["basis"]
+    monkeypatch.setattr(group_search, "of_cases", without_paths)
+    searched = md.solve(problem, "modes")
+    ours, theirs = (
+        np.exp(1j * np.stack([own.joints[f"J{k}"].angle for k in range(1, 7)], axis=1))
+        for own in (found, searched)
+    )
+    assert np.abs(ours[:, None] - theirs).max(axis=2).min(axis=0).max() < 1e-9

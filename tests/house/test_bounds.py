@@ -88,6 +88,7 @@ LOOPS = {
     ("parts/exchange/assemblies/asmt_read.py", "_rounded"): "nodes of a tree",
     ("parts/exchange/assemblies/asmt_read.py", "joined"): "more parts are fixed each time",
     ("parts/exchange/robots/link_tree.py", "_small"): "bodies are reached once",
+    ("parts/exchange/robots/arm_of_urdf.py", "_way"): "a joint is met once, or it is an error",
     ("tasks/export/folder.py", "digest"): "the end of the file",
     ("numerics/homotopy/loops.py", "walk"): "steps are left over less each time, or it is an error",
     ("numerics/homotopy/sliding_count.py", "connected"): "subsets are counted down",
