@@ -209,7 +209,8 @@ def test_problems_named_exist() -> None:
     ("page", "least"),
     [("docs/python.md", 8), ("docs/measures.md", 1), ("docs/migration.md", 1),
      ("docs/sensitivity.md", 2), pytest.param("docs/exchange.md", 2, marks=needs_gcc),
-     ("docs/solver.md", 2), ("docs/arms.md", 2), ("docs/synthesis.md", 4), ("docs/tutorials/tour.md", 7),
+     ("docs/arms.md", 2), ("docs/solver.md", 2), ("docs/synthesis.md", 4),
+     ("docs/tutorials/tour.md", 7),
      ("docs/tutorials/course-project.md", 5), ("docs/tutorials/friction-and-jamming.md", 6),
      ("docs/tutorials/synthesis.md", 5), ("docs/tutorials/own-optimisation.md", 6)],
 )  # fmt: skip
