@@ -190,6 +190,9 @@ def test_function_is_the_wanted_one() -> None:
     assert worst == pytest.approx(np.degrees(result.data["designs"][0]["objective"]), rel=1e-3)
     assert f"largest error {worst:.4g} deg" in words_of(axes)
     assert_readable(axes)
+    ticks = axes.get_xticks()
+    assert np.diff(ticks) == pytest.approx(15.0)
+    assert ticks / 15 == pytest.approx(np.round(ticks / 15))
 
 
 def test_deviation_from_the_line() -> None:

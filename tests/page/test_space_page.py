@@ -144,3 +144,25 @@ def test_recorded_mechanisms_turn_too(opened):
     page.locator("#diagram").focus()
     page.keyboard.press("a")
     assert page.inner_html("#diagram .depths") != first
+
+
+INK = """() => {
+  const sheet = document.getElementById("diagram").getBoundingClientRect();
+  return [...document.querySelectorAll("#diagram .parts [data-id^=label-]")].map((label) => {
+    const { left, right } = label.getBoundingClientRect();
+    return [label.dataset.id, left - sheet.left, sheet.right - right];
+  });
+}"""
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(CHROMIUM is None, reason="no Chromium on this machine")
+@pytest.mark.parametrize("name", ["double-wishbone", "bevel-differential"])
+def test_long_names_stay_in_the_picture(name, browser, tmp_path):
+    page = browser.new_page(viewport={"width": 1280, "height": 800})
+    page.goto(f"file://{md.page(name).save(tmp_path / 'page.html')}")
+    for share in (0, 0.25, 0.5, 0.75, 1):
+        page.locator("#drive input[type=range]").fill(str(share))
+        for label, left, right in page.evaluate(INK):
+            assert min(left, right) >= 0, (label, share)
+    page.close()

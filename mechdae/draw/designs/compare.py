@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.ticker import MaxNLocator
+from matplotlib.ticker import MaxNLocator, MultipleLocator
 
 from mechdae.describe.coordinates import coordinate
 from mechdae.describe.tasks.goals import FunctionTargets, Rocker, StraightLine, Visits
@@ -20,7 +20,7 @@ from mechdae.draw.designs.paths import RING, draw_paths
 from mechdae.draw.designs.targets import Targets
 from mechdae.draw.diagram.scene import Array
 from mechdae.draw.graphs.frame import Entry, Panels
-from mechdae.draw.graphs.scale import scale_of
+from mechdae.draw.graphs.scale import scale_of, step_of
 from mechdae.draw.words import Words
 from mechdae.errors import InputError, UnavailableError
 
@@ -191,7 +191,8 @@ def _angles(designs: Sequence[DrawnDesign], goal: Rocker, ax: Axes | None, words
         )
     panel.margins(x=0.0)
     if across.unit == "deg":
-        panel.locator_params(axis="x", steps=[1, 1.5, 3, 4.5, 6, 9, 10])
+        span = float(across(np.ptp(designs[0].driven(designs[0].motion))))
+        panel.xaxis.set_major_locator(MultipleLocator(step_of(span, 9)))
     start = f"\N{MINUS SIGN} {words('start')}"
     frame.label(
         panel, f"{driver} {start} [{across.unit}]", f"{goal.coordinate} {start} [{up.unit}]"

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.ticker import MultipleLocator
 
 from mechdae.describe.coordinates import coordinate
 from mechdae.describe.tasks.goals import FunctionTargets
@@ -14,7 +15,7 @@ from mechdae.draw import style
 from mechdae.draw.designs.drawn_design import TURN, DrawnDesign
 from mechdae.draw.diagram.scene import Array
 from mechdae.draw.graphs.frame import Entry, Panels
-from mechdae.draw.graphs.scale import Scale, scale_of
+from mechdae.draw.graphs.scale import Scale, scale_of, step_of
 from mechdae.draw.words import Words
 
 TINY = 0.1
@@ -66,9 +67,9 @@ def draw(design: DrawnDesign, goal: FunctionTargets, ax: Axes | None, words: Wor
         lower.fill_between(across(at), small(errors), color=style.ARROW, alpha=0.15, linewidth=0)
     frame.label(upper, y=f"{goal.output} [{up.unit}]")
     frame.label(lower, f"{design.demand.driver} [{across.unit}]", f"{words('error')} [{unit}]")
-    if across.unit == "deg":
-        upper.locator_params(axis="x", steps=[1, 1.5, 3, 4.5, 6, 9, 10])
     ends = np.sort(across(x))[[0, -1]]
+    if across.unit == "deg":
+        upper.xaxis.set_major_locator(MultipleLocator(step_of(float(np.ptp(ends)), 9)))
     margin = 0.015 * (ends[1] - ends[0]) if goal.targets else 0.0
     upper.set_xlim(ends[0] - margin, ends[1] + margin)
     return upper

@@ -27,7 +27,7 @@ export class Diagram extends View {
   rigid(part, made, pose) {
     const frame = this.frame(part, pose);
     if (!frame) return false;
-    const [x, y] = frame.place(part.spot || ZERO, 0);
+    const spot = frame.place(part.spot || ZERO, 0), [x, y] = part.spot ? this.inside(made, spot) : spot;
     let more = part.spot || !part.turn ? "" : ` rotate(${((-frame.angle * 180) / Math.PI).toFixed(3)})`;
     const rows = part.spot ? null : this.drawing.loads[part.id.slice(5)];
     if (rows && part.id.startsWith("load-")) {

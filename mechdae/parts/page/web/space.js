@@ -212,7 +212,9 @@ export class SpaceDiagram extends View {
       const bases = at.map((name) => this.place(name, pose)).map((place) => place && this.at(place)), made = this.elements[k];
       const [x, y] = [0, 1].map((i) => bases.reduce((sum, base) => sum + (base ? base[i] : NaN), 0) / bases.length + spot[i + 1]);
       made.setAttribute("display", Number.isFinite(x) ? "inline" : "none");
-      if (Number.isFinite(x)) made.setAttribute("transform", `translate(${x.toFixed(2)} ${y.toFixed(2)})`);
+      if (!Number.isFinite(x)) return;
+      const [u, v] = this.inside(made, [x, y]);
+      made.setAttribute("transform", `translate(${u.toFixed(2)} ${v.toFixed(2)})`);
     });
   }
 

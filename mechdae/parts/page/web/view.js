@@ -5,6 +5,9 @@ const SPACE = "http://www.w3.org/2000/svg";
 /** Axes in which a unit is a point, least and greatest scale, margin and strip below: as in `draw/style.py`. */
 const AREA = [488, 306], SCALES = [0.75, 6], MARGIN = 34, STRIP = 22;
 
+/** Half the longest label [units]. */
+const WIDEST = 80;
+
 /** @param {string} name @param {Record<string, any>} attributes @param {Element} [parent] */
 export function element(name, attributes, parent) {
   const made = document.createElementNS(SPACE, name);
@@ -135,6 +138,13 @@ export class View {
 
   /** Metres to units. */
   at([x, y]) { return [this.shift[0] + this.scale * x, this.shift[1] - this.scale * y]; }
+
+  /** Where a label that is moved to a place of the sheet has to go so that all of it is seen. */
+  inside(label, [x, y]) {
+    if (x < 0 || x > this.size[0] || Math.min(x, this.size[0] - x) > WIDEST) return [x, y];
+    const { x: from, width } = (label.ink ||= label.getBBox());
+    return [Math.max(Math.min(x, this.size[0] - from - width - 1), 1 - from), y];
+  }
 
   /** Units to metres. */
   from([x, y]) { return [(x - this.shift[0]) / this.scale, (this.shift[1] - y) / this.scale]; }
