@@ -1,4 +1,4 @@
-"""A page for each predefined problem: diagram, structure, results, curves, live page, file."""
+"""A page for each predefined problem: live page, diagram, curves, structure, results, file."""
 
 from __future__ import annotations
 
@@ -75,6 +75,7 @@ def _page(job: tuple[str, Path, Path]) -> tuple[str, str, str]:
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         task, result = _solved(problem)
+        lines += _live(problem, task, live)
         if result is not None:
             lines += _pictures(name, task, result, folder)
         lines += ["", "## Structure", "", *_printed("show", name)]
@@ -83,7 +84,6 @@ def _page(job: tuple[str, Path, Path]) -> tuple[str, str, str]:
                 "", f"## Task `{task}`", "", "```text", f"$ mechdae solve {name} --task {task}",
                 str(result).rstrip(), "```",
             ]  # fmt: skip
-        lines += _live(problem, task, live)
     text = library.find(name).read_text(encoding="utf-8").rstrip()
     lines += ["", "## Problem file", "", "```toml", text, "```", ""]
     (folder / f"{name}.md").write_text("\n".join(lines), encoding="utf-8")

@@ -63,7 +63,9 @@ class Sheet:
     metre
         Units per metre.
     size
-        Width and height of the axes in units.
+        Width and height of the axes in units,
+    above
+        and how much there is of the figure above them.
     segments, boxes
         What labels avoid: rows (x0, y0, x1, y1, weight).
     drawn
@@ -82,17 +84,19 @@ class Sheet:
         margins: style.Margins = style.MARGINS,
     ) -> None:
         self.paper, self.theme, self.memory = ax, theme, memory
-        points = np.array(style.AREA)
+        points, above = np.array(style.AREA), style.TOP
         if ax is not None:
             figure = ax.get_figure(root=True)
             assert figure is not None
             extent = ax.get_window_extent()
             points = np.array([extent.width, extent.height]) * 72.0 / figure.dpi
+            above = (figure.bbox.height - extent.y1) * 72.0 / figure.dpi
         self.drawn: list[Primitive] = []
         self.anchor = PAPER
         share = points / style.AREA / larger
         self.k = float(np.clip(share.min(), style.SMALLEST, LARGEST))
         self.size: Array = points / self.k
+        self.above = float(above) / self.k
         self.segments: list[tuple[float, float, float, float, float]] = []
         self.boxes: list[tuple[float, float, float, float, float]] = []
         self._arrays: tuple[Array, Array] = np.zeros((0, 5)), np.zeros((0, 5))

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 from matplotlib.text import Text
 
 import mechdae as md
@@ -152,3 +153,20 @@ def test_letters_as_text_on_the_command_line(tmp_path: Path) -> None:
     assert "<text" in file.read_text(encoding="utf-8")
     for more in (["--format", "png"], ["--kind", "animation"]):
         assert main(["plot", "four-bar-crank-rocker", "--text", *more, "--out", str(tmp_path)]) == 2
+
+
+@pytest.mark.parametrize("place", [None, (0, 0, 1, 1)])
+@pytest.mark.parametrize("size", [(2.6, 2.0), (3.54, 2.5), (7.0, 5.0), (12.0, 8.0)])
+def test_titles_are_seen_in_axes_of_others(
+    size: tuple[float, float], place: tuple[float, float, float, float] | None
+) -> None:
+    figure = Figure(figsize=size)
+    axes = figure.subplots() if place is None else figure.add_axes(place)
+    md.plot(md.solve("jansen-leg", "turn", poses=25), "diagram", ax=axes)
+    figure.canvas.draw()
+    titles = [text for text in figure.findobj(Text) if "title" in str(text.get_gid())]
+    assert len(titles) >= 2
+    for text in titles:
+        box = text.get_window_extent()
+        assert box.y1 <= figure.bbox.height + 0.5, text.get_text()
+        assert box.x1 <= figure.bbox.width + 0.5, text.get_text()

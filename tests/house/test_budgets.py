@@ -12,7 +12,7 @@ BUDGETS = {
     "numerics": 4_610,
     "equations": 7_600,  # what is left out of a scene: rollers, second machines, plane and space
     "results": 3_200,
-    "draw": 19_650,  # graphs of motions; texts are measured without matplotlib
+    "draw": 19_660,  # graphs of motions; texts are measured without matplotlib
     "kernels": 7_450,
     "motion": 22_950,  # poses of several drivers at the speed of one
     "forces": 4_450,

@@ -589,8 +589,7 @@ def write_titles(
 
     if not current_format().titled:
         return
-    title = str(getattr(result, "title", "") or getattr(result, "problem", ""))
-    count = len(result.status)
+    title, count = str(getattr(result, "title", "") or result.problem), len(result.status)
     parts = [*values, str(getattr(result, "task", "") or "")]
     if getattr(result, "kind", "") == "modes":
         parts.append(words("mode of", ",".join(result.labels[pose]), pose + 1, count))
@@ -600,11 +599,12 @@ def write_titles(
     lines = in_lines(title, 0.75 * style.TITLE, room, style.NOTE_FONT)
     subtitle = subtitle or "  ·  ".join(part for part in parts if part)
     rows = [(subtitle, style.SUBTITLE, LEGEND, style.FAINT, "subtitle")]
-    if len(lines) == 1:
+    if len(lines) == 1 or sheet.above < 34.0 + 0.85 * style.TITLE:
         rows.append((title, style.TITLE, 24.0, style.INK, "title"))
     else:
         rows.append((lines[0], 0.85 * style.TITLE, 34.0, style.INK, "title"))
         rows.append((lines[1], 0.85 * style.TITLE, 21.0, style.INK, "title-rest"))
+    top = sheet.size[1] - max(24.0 + style.TITLE - sheet.above, 0.0)  # lower in axes of others
     for text, size, lift, color, gid in rows:
         text, chosen = fitted(text, size, room, style.NOTE_FONT)
-        sheet.write((4.0, sheet.size[1] + lift), text.replace("$", r"\$"), chosen, color, gid)
+        sheet.write((4.0, top + lift), text.replace("$", r"\$"), chosen, color, gid)
