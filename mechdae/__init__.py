@@ -99,10 +99,11 @@ def __getattr__(name: str) -> Any:
     return getattr(importlib.import_module(_HOME[name]), name)
 
 
-def _shown(how: str, result: object) -> str:
+def _shown(how: str, result: object, columns: object = None, width: int = 0) -> str:
     """Return a result as "text" or "html": what rooms make of it that results do not know."""
     if how == "text":
-        text: str = importlib.import_module("mechdae.results.tables").table(result)
+        tables = importlib.import_module("mechdae.results.tables")
+        text: str = tables.table(result, columns=columns, width=width)
         return text
     picture = importlib.import_module("mechdae.draw").data_url(result)
     html: str = importlib.import_module("mechdae.results.tables.notebook").html(result, picture)

@@ -11,6 +11,7 @@ import sys
 from collections.abc import Sequence
 from contextlib import AbstractContextManager, nullcontext, redirect_stdout
 from itertools import pairwise
+from typing import TextIO, cast
 
 from mechdae import __version__
 from mechdae.additions import Added, Registry
@@ -90,7 +91,9 @@ def main(argv: Sequence[str] | None = None) -> int:
         return int(stop.code or 0)
     try:
         with _output(arguments):
-            return int(chosen.run(arguments))
+            code = int(chosen.run(arguments))
+            sys.stdout.flush()
+            return code
     except (MechdaeError, OSError, KeyboardInterrupt) as error:
         from mechdae.cli.failures import failure
 
@@ -98,12 +101,21 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _output(arguments: argparse.Namespace) -> AbstractContextManager[object]:
-    """Let a command go on that writes files too, which are wanted although nobody reads on."""
-    if getattr(arguments, "out", None) is None:
-        return nullcontext()
-    from mechdae.cli.failures import Unread
+    """Let text fit the terminal, and a command go on that writes files too.
 
-    return redirect_stdout(Unread(sys.stdout))
+    These are wanted although nobody reads on.
+    """
+    stream = sys.stdout
+    if getattr(arguments, "out", None) is not None:
+        from mechdae.cli.failures import Unread
+
+        stream = cast("TextIO", Unread(stream))
+    if stream.isatty():
+        from mechdae.cli.terminal import Terminal, is_text, width_of
+
+        if is_text(arguments):
+            stream = cast("TextIO", Terminal(stream, width_of(stream)))
+    return nullcontext() if stream is sys.stdout else redirect_stdout(stream)
 
 
 def _with_labels(words: list[str]) -> list[str]:
@@ -125,4 +137,8 @@ def _with_labels(words: list[str]) -> list[str]:
 def message(text: str, quiet: bool) -> None:
     """Print a message to stderr."""
     if not quiet:
+        if sys.stderr.isatty():
+            from mechdae.cli.terminal import said
+
+            text = said(text, sys.stderr)
         print(text, file=sys.stderr)

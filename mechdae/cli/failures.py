@@ -8,6 +8,7 @@ import os
 import sys
 from typing import TextIO
 
+from mechdae.cli import message
 from mechdae.errors import MechdaeError, SolveError
 
 
@@ -23,12 +24,12 @@ def failure(error: BaseException, arguments: argparse.Namespace) -> int:
         raise error
     if isinstance(error, OSError):
         place = f"{error.filename}: " if error.filename else ""
-        print(f"mechdae: {place}{error.strerror or error}", file=sys.stderr)
+        message(f"mechdae: {place}{error.strerror or error}", False)
         return 2
     assert isinstance(error, MechdaeError)
     named = str(getattr(arguments, "problem", None) or "")
     place = f"{named}: " if named.endswith(".toml") and named not in str(error) else ""
-    print(f"mechdae: {place}{error}", file=sys.stderr)
+    message(f"mechdae: {place}{error}", False)
     return 1 if isinstance(error, SolveError) else 2
 
 

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from mechdae.cli import message
+from mechdae.cli.options import columns_asked
 
 if TYPE_CHECKING:
     from mechdae.describe.file.problem import Problem
@@ -31,7 +32,8 @@ def reported(result: Result, options: argparse.Namespace) -> int:
     if options.json:
         print(json_text([result]))
     else:
-        print(table(result, terminal=sys.stdout.isatty()), end="")
+        columns = columns_asked(options) if getattr(options, "columns", None) else None
+        print(table(result, sys.stdout.isatty(), columns), end="")
     for note in result.summary.get("notes", []):
         message(f"mechdae: note: {note}", options.quiet)
     if options.out:

@@ -50,6 +50,20 @@ def units_asked(options: argparse.Namespace) -> Units:
         raise
 
 
+def columns_argument(parser: argparse.ArgumentParser) -> None:
+    """Add ``--columns``."""
+    parser.add_argument(
+        "--columns",
+        metavar="C",
+        help="columns of the table: effort,rod.B.velocity (names as there)",
+    )
+
+
+def columns_asked(options: argparse.Namespace) -> list[str]:
+    """Return the names of ``--columns``."""
+    return [name.strip() for name in options.columns.split(",")]
+
+
 def problem_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the problem and ``--set``."""
     parser.add_argument("problem", metavar="P", help="name of a predefined problem, or a file")

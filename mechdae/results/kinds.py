@@ -9,6 +9,7 @@ from typing import Any, ClassVar
 from mechdae.records import dataclass
 from mechdae.results.result import Result, SweepResult
 from mechdae.results.series import Series, Summary
+from mechdae.results.shown import RowsOfResult
 from mechdae.types import Floats
 
 
@@ -113,7 +114,7 @@ class StudyResult(Result):
     """
 
     parameters: Mapping[str, Floats] = field(default_factory=dict)
-    table: Mapping[str, Floats] = field(default_factory=dict)
+    table: Mapping[str, Floats] = RowsOfResult()  # type: ignore[assignment]
 
 
 @dataclass(frozen=True, repr=False)

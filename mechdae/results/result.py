@@ -18,7 +18,7 @@ from mechdae.results.columns import columns_of
 from mechdae.results.events import Event
 from mechdae.results.plain import no_collection, plain
 from mechdae.results.series import LazyPart, Named, Series, Summary
-from mechdae.results.shown import Shown
+from mechdae.results.shown import RowsOfResult, Shown
 from mechdae.results.status import StatusOfPoses
 from mechdae.results.units import HISTORY, UNITS_OF_HISTORY, path_unit, series_unit
 from mechdae.types import Floats, Json, Texts
@@ -103,10 +103,13 @@ class Result(Record, Shown):
     units: Units = SI
 
     centres = efforts = scalars = work = Series({})
-    parts = parameters = table = data = checks = NOTHING
+    parts = parameters = data = checks = NOTHING
+    table = RowsOfResult()
     labels = cast("tuple[tuple[str, ...], ...]", ())
     solutions = cast("tuple[dict[str, Any], ...]", ())
-    shows: ClassVar[str] = "as_problem columns finer frame in_units path_unit to_dict unit value"
+    shows: ClassVar[str] = (
+        "as_problem columns finer frame in_units path_unit table to_dict to_xarray unit value"
+    )
     constructed: ClassVar[bool] = False
     forces: ClassVar[bool] = False
     """Whether such results may have forces."""

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import importlib
 from collections import Counter
-from collections.abc import Iterable, Sequence
-from typing import Any
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import Any, cast
 
 import numpy as np
 
 from mechdae.describe.units import KNOWN, units_of
-from mechdae.errors import UnavailableError
 from mechdae.types import Floats
+
+FRAMES = "mechdae.results.frames"
+"""It knows results: what tables of other packages have of them."""
 
 
 def shown_columns(result: Any) -> list[tuple[str, str, Floats]]:
@@ -70,26 +72,76 @@ class Shown:
     def frame(self) -> Any:
         """Return all scalar series as a ``pandas.DataFrame``.
 
-        A row for each pose; columns as in the CSV: status, of assembly modes their label, then
-        names with units (``rod.B.velocity.x [m/s]``).
+        A row for each pose, its index the time or the driver that moves; columns as in the CSV:
+        status, of assembly modes their label, then names with units (``rod.B.velocity.x [m/s]``).
 
         Raises
         ------
         UnavailableError
             pandas is not installed.
         """
-        try:
-            pandas = importlib.import_module("pandas")
-        except ImportError:
-            raise UnavailableError(
-                "a frame needs pandas, which is not installed",
-                where="frame",
-                hint="pip install pandas, or columns() without it",
-            ) from None
-        content: Any = self
-        columns = shown_columns(content)
-        table: dict[str, object] = {"status": np.asarray(content.status, str)}
-        if content.labels:
-            table["mode"] = [",".join(row) for row in content.labels]
-        values = (np.asarray(array, float) for _, _, array in columns)
-        return pandas.DataFrame(table | dict(zip(heads(columns), values, strict=True)))
+        return importlib.import_module(FRAMES).frame(self)
+
+    def to_xarray(self) -> Any:
+        """Return all scalar series as an ``xarray.Dataset``.
+
+        Its dimension is the time or the driver that moves, else ``pose``; variables are named as
+        in the CSV and have their unit as the attribute ``units``.
+
+        Raises
+        ------
+        UnavailableError
+            xarray is not installed.
+        """
+        return importlib.import_module(FRAMES).dataset(self)
+
+
+class StudyTable(Mapping[str, "Floats"]):
+    """Values in each row of a study, by path; called it is a result's table as text."""
+
+    def __init__(self, result: Shown, values: Mapping[str, Floats]) -> None:
+        self._result, self._values = result, values
+
+    def __getitem__(self, path: str) -> Floats:
+        return self._values[path]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._values)
+
+    def __len__(self) -> int:
+        return len(self._values)
+
+    def __repr__(self) -> str:
+        return repr(dict(self._values))
+
+    def __call__(self, columns: str | Sequence[str] | None = None, width: int = 0) -> str:
+        """Return what ``mechdae solve`` prints, with these columns in place of the usual ones.
+
+        Parameters
+        ----------
+        columns
+            Names of columns of the table, or of the CSV or their beginnings: ``"rod.B.velocity"``.
+        width
+            Of the longest line of the table, 100 without it.
+
+        Raises
+        ------
+        UnknownName
+            No such column, with the nearest.
+        """
+        names = columns.split(",") if isinstance(columns, str) else columns
+        names = None if names is None else [name.strip() for name in names]
+        text: str = importlib.import_module("mechdae")._shown("text", self._result, names, width)
+        return text.rstrip("\n")
+
+
+class RowsOfResult:
+    """The table of a result: what a study keeps there, and a call for all."""
+
+    def __get__(self, result: Shown | None, kind: type | None = None) -> StudyTable:
+        if result is None:  # the default of a field
+            return cast("StudyTable", self)
+        return StudyTable(result, result.__dict__.get("table") or {})
+
+    def __set__(self, result: Shown, values: object) -> None:
+        result.__dict__["table"] = dict(values) if isinstance(values, Mapping) else {}

@@ -11,7 +11,7 @@ BUDGETS = {
     "describe": 11_220,  # rare kinds in modules of their own, which most problems do not import
     "numerics": 4_610,
     "equations": 7_600,  # what is left out of a scene: rollers, second machines, plane and space
-    "results": 3_200,
+    "results": 3_440,
     "draw": 19_660,  # graphs of motions; texts are measured without matplotlib
     "kernels": 7_450,
     "motion": 22_950,  # poses of several drivers at the speed of one
@@ -19,13 +19,13 @@ BUDGETS = {
     "dynamics": 8_050,
     "design": 15_770,
     "tasks": 2_090,
-    "cli": 1_490,
-    "parts": 26_400,  # what a page teaches by
+    "cli": 1_630,
+    "parts": 26_410,  # what a page teaches by
 }
 """Room -> most lines of its modules; some of them import what annotations name."""
-ALONE = 958
+ALONE = 959
 """Lines of the modules that stand alone: errors, records, types, additions."""
-TOTAL = 135_800
+TOTAL = 136_200
 LONGEST = 500
 LONGER = {
     "describe/mechanism.py": 570,

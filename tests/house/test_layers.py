@@ -27,7 +27,7 @@ ROOMS = {
     "describe": "errors",
     "equations": "describe errors numerics",
     "results": "describe errors",
-    "results.tables": "results",
+    "results.tables": "results errors",
     "draw.formulas": "",
     "draw": "describe draw.formulas errors results types",
     "kernels": "describe equations errors",

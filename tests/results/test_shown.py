@@ -60,8 +60,14 @@ def test_the_last_word_of_a_name_is_enough_for_the_answer(result):
 def test_a_frame_is_the_table_of_the_file(result, monkeypatch):
     class Pandas:
         @staticmethod
-        def DataFrame(table):
+        def DataFrame(table, index):
+            assert index == result.drivers["crank.angle"].position.tolist()
             return table
+
+        @staticmethod
+        def Index(values, name):
+            assert name == "crank.angle [rad]"
+            return values.tolist()
 
     monkeypatch.setitem(sys.modules, "pandas", Pandas)
     from mechdae.tasks.export import csv_text

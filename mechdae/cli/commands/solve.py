@@ -7,7 +7,14 @@ import sys
 from pathlib import Path
 
 from mechdae.cli import message
-from mechdae.cli.options import problem_arguments, problem_of, units_argument, units_asked
+from mechdae.cli.options import (
+    columns_argument,
+    columns_asked,
+    problem_arguments,
+    problem_of,
+    units_argument,
+    units_asked,
+)
 from mechdae.cli.progress import clear, progress
 from mechdae.errors import InputError, SolveError
 
@@ -21,6 +28,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         "--workers", type=int, metavar="W", help="processes that a study is spread over"
     )
     units_argument(parser)
+    columns_argument(parser)
     parser.add_argument("--out", metavar="DIR", help="write CSV, JSON and NPZ there")
     parser.add_argument("--json", action="store_true", help="one JSON object on stdout")
 
@@ -76,7 +84,8 @@ def run(options: argparse.Namespace) -> int:
             clear(show)
         results.append(result)
         if not options.json:
-            print(table(result, terminal=sys.stdout.isatty()))
+            columns = columns_asked(options) if options.columns else None
+            print(table(result, sys.stdout.isatty(), columns))
         for note in result.summary.get("notes", []):
             if any(note.split(" is in")[0] in known for known in problem.notes):
                 continue  # said of the file already

@@ -12,6 +12,7 @@ from mechdae.cli import message
 from mechdae.cli.jobs import check_out, reported
 from mechdae.cli.options import (
     check_processes,
+    columns_argument,
     problem_arguments,
     problem_of,
     process_arguments,
@@ -47,6 +48,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     )
     process_arguments(parser)
     units_argument(parser)
+    columns_argument(parser)
     parser.add_argument(
         "--out", metavar="DIR", help="write results there; a study that was broken off goes on"
     )

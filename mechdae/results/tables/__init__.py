@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import shutil
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 from mechdae.additions import Registry, TaskKind, at_home
 from mechdae.results import Result
@@ -25,16 +25,27 @@ TEXTS: Registry[tuple[Lines, Lines]] = Registry("tasks", {"sweep": OF_POSES}, ma
 """Kind of task -> its table and what to know about it."""
 
 
-def table(result: Result, terminal: bool = False) -> str:
-    """Return the text of a result: a head, a table of poses, what to know about it."""
+def table(
+    result: Result, terminal: bool = False, columns: Sequence[str] | None = None, width: int = 0
+) -> str:
+    """Return the text of a result: a head, a table of poses, what to know about it.
+
+    `columns` are names of what the table or the CSV has, in place of the usual ones.
+
+    Raises
+    ------
+    UnknownName
+        No such column, with the nearest.
+    """
+    width = width or (shutil.get_terminal_size((WIDE, 40)).columns if terminal else WIDE)
     if result.kind == "sensitivity":
         from mechdae.results.tables.derivatives import derivatives_text
 
-        return derivatives_text(result)
-    width = shutil.get_terminal_size((WIDE, 40)).columns if terminal else WIDE
+        return derivatives_text(result, width)
     lines = [f"{result.problem} / {result.task} ({result.kind})  {result.title}".rstrip()]
-    for text in TEXTS[result.kind]:
-        lines += text(result, width)
+    rows, facts = TEXTS[result.kind]
+    lines += rows(result, width) if columns is None else pose_lines(result, width, columns)
+    lines += facts(result, width)
     for sentence in result.summary.get("assumptions", []):
         lines += fact("assumes", sentence, width)
     return "\n".join(lines) + "\n"

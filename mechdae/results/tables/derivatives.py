@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 
 from mechdae.results import Result, ShownUnit, parameter_units
-from mechdae.results.tables.text import in_unit
+from mechdae.results.tables.text import in_unit, laid_out
 from mechdae.types import Floats
 
 ROWS = 13
 
 
-def derivatives_text(result: Result) -> str:
+def derivatives_text(result: Result, width: int) -> str:
     """Return derivatives of each path by each parameter, and what tolerances do to it."""
     lines = [f"{result.problem} / {result.task} (sensitivity of {result.summary['of']})"]
     for path, value in result.data["values"].items():
@@ -28,7 +28,7 @@ def derivatives_text(result: Result) -> str:
             first, other = pair.split(",")
             word = f"{first}2" if first == other else f"{first} d {other}"
             named.append(scale(f"d2/d {word}", second, first, other))
-        lines += _columns(result, path, named)
+        lines += _columns(result, path, named, width)
         errors = result.data.get("estimated_error", {}).get(path)
         if errors:
             worst = max(
@@ -63,7 +63,9 @@ def _below(unit: str) -> str:
     return f"({unit})" if "/" in unit or " " in unit else unit
 
 
-def _columns(result: Result, path: str, named: list[tuple[str, Floats | float]]) -> list[str]:
+def _columns(
+    result: Result, path: str, named: list[tuple[str, Floats | float]], width: int
+) -> list[str]:
     """Return a table whose rows are poses (or numbers of a list), columns the values."""
     for_poses = path in result.summary["exact"]
     head: list[tuple[str, list[str]]] = []
@@ -80,12 +82,8 @@ def _columns(result: Result, path: str, named: list[tuple[str, Floats | float]])
     rows = list(range(len(columns[0][1])))
     if for_poses and count > ROWS:
         rows = sorted({round(k) for k in np.linspace(0, count - 1, ROWS).tolist()})
-    whole = [*head, *columns]
-    sizes = [max(len(t), *(len(cells[k]) for k in rows)) + 2 for t, cells in whole]
-    lines = ["  " + "".join(f"{t:>{n}}" for (t, _), n in zip(whole, sizes, strict=True))]
-    for k in rows:
-        texts = [f"{texts[k]:>{n}}" for (_, texts), n in zip(whole, sizes, strict=True)]
-        lines.append("  " + "".join(texts))
+    given = [([title], cells) for title, cells in [*head, *columns]]
+    lines, _ = laid_out(given, rows, width, lead=len(head))
     if for_poses and count > ROWS:
         lines.append(f"    ({ROWS} of {count} poses shown; --out DIR writes all)")
     return lines

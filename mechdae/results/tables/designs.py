@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from mechdae.results import Result, Units, parameter_units
-from mechdae.results.tables.text import MOST, fact, together
+from mechdae.results.tables.text import MOST, fact, laid_out, together
 
 Design = Mapping[str, Any]
 
@@ -17,7 +17,7 @@ def designs_text(result: Result, width: int) -> list[str]:
     """Return a row for each design, the dimensions and active limits of each, the census."""
     designs: Sequence[Design] = result.data.get("designs", [])
     front = result.summary.get("front", {})
-    lines = _ranked(designs, result, front.get("objectives", ())) if designs else []
+    lines = _ranked(designs, result, front.get("objectives", ()), width) if designs else []
     if front:
         shown = [result.units.of(objective["unit"]) for objective in front["objectives"]]
         ends = [f"{v * u.factor:.6g}" for v, u in zip(front["reference"], shown, strict=True)]
@@ -45,7 +45,10 @@ def designs_text(result: Result, width: int) -> list[str]:
 
 
 def _ranked(
-    designs: Sequence[Design], result: Result, objectives: Sequence[Mapping[str, str]]
+    designs: Sequence[Design],
+    result: Result,
+    objectives: Sequence[Mapping[str, str]],
+    width: int,
 ) -> list[str]:
     units, own_units = result.units, result.summary.get("units", {})
     columns: list[tuple[str, list[str]]] = [
@@ -82,10 +85,9 @@ def _ranked(
         columns.append(("sense", [" ".join(f"{sense:+d}" for sense in senses) for senses in every]))
     if any("hits" in design for design in designs):
         columns.append(("hits", [str(design.get("hits", "-")) for design in designs]))
-    sizes = [max(len(title), *map(len, texts)) + 2 for title, texts in columns]
-    rows = [[title for title, _ in columns]]
-    rows += [[texts[k] for _, texts in columns] for k in range(len(designs))]
-    return ["".join(f"{cell:>{n}}" for cell, n in zip(row, sizes, strict=True)) for row in rows]
+    given = [([title], texts) for title, texts in columns]
+    lines, _ = laid_out(given, range(len(designs)), width + 2)
+    return [line[2:] for line in lines]
 
 
 def _titled(title: str, unit: str) -> str:

@@ -6,7 +6,7 @@ import numpy as np
 
 from mechdae.results import Result
 from mechdae.results.tables.facts import facts_text
-from mechdae.results.tables.text import WIDE, Column, cells, rows_of
+from mechdae.results.tables.text import Column, cells, laid_out, rows_of
 from mechdae.types import Floats
 
 FAULTS = 4
@@ -36,7 +36,7 @@ def modes_text(result: Result, width: int) -> list[str]:
     return lines
 
 
-def study_text(result: Result) -> list[str]:
+def study_text(result: Result, width: int) -> list[str]:
     """Return a row for each set of parameters; of a path with many numbers its range."""
     columns: list[Column] = [("status", result.status.tolist())]
     given = result.summary.get("units", {})
@@ -61,16 +61,11 @@ def study_text(result: Result) -> list[str]:
         size = _size(flat)
         columns += [(f"least {path}", cells(low, size)), (f"largest {path}", cells(high, size))]
     rows = rows_of(len(result))
-    sizes = [max(len(title), *(len(texts[k]) for k in rows)) + 2 for title, texts in columns]
-    while len(columns) > 3 and sum(sizes) > WIDE:
-        columns, sizes = columns[:-1], sizes[:-1]
-    lines = ["  " + "".join(f"{t:>{n}}" for (t, _), n in zip(columns, sizes, strict=True))]
-    units = units[: len(columns)]
-    if any(units):
-        lines.append("  " + "".join(f"{t:>{n}}" for t, n in zip(units, sizes, strict=True)))
-    for k in rows:
-        line = [f"{texts[k]:>{n}}" for (_, texts), n in zip(columns, sizes, strict=True)]
-        lines.append("  " + "".join(line))
+    given = [
+        ([title, unit] if any(units) else [title], texts)
+        for (title, texts), unit in zip(columns, units, strict=True)
+    ]
+    lines, _ = laid_out(given, rows, width, lead=1 + len(result.parameters))
     if len(rows) < len(result):
         lines.append(f"  ({len(rows)} of {len(result)} sets shown; --out DIR writes all)")
     counts = ", ".join(f"{count} {word}" for word, count in result.summary["status"].items())
@@ -92,5 +87,5 @@ def _size(values: Floats) -> float:
 
 
 MODES = (modes_text, facts_text)
-STUDY = (lambda result, _: study_text(result), facts_text)
+STUDY = (study_text, facts_text)
 """The tables of such tasks, and what to know about them."""

@@ -60,6 +60,15 @@ class Quantities:
             found, rates = columns[:1], columns[1:]
         listed = getattr(self.result.definition, "outputs", None) is not None
         found += [] if listed else rates
+        done = {first}
+        if len(driven) > 1 and not listed:  # what cylinders and legs do
+            slides: list[Column] = []
+            for name, series in self.result.joints.items():
+                slide = ("joints", name)
+                if "slide" in series and name not in self._driven and slide not in done:
+                    slides += self._part(*slide, rates=0)
+                    done.add(slide)
+            found = slides + found
         # a mechanism is made for its last links, not for the driven ones
         points = self.distinct_points()[::-1]
         points.sort(key=lambda name: f"{name.split('.')[0]}.angle" in driven)
@@ -68,9 +77,35 @@ class Quantities:
                 found += self._point(name)
         for kind in ("joints", "bodies"):
             for name in getattr(self.result, kind):
-                if (kind, name) != first and name not in self._driven:
+                if (kind, name) not in done and name not in self._driven:
                     found += self._part(kind, name, rates=1 if kind == "bodies" else 0)
-        return found + (rates if listed else [])
+        found += rates if listed else []
+        known = {title for title, _ in self._listed()} if listed else set()
+        return [column for column in found if column[0] not in known]
+
+    def needed(self) -> list[Column]:
+        """Return time, drivers, named outputs and what the task lists by name, in its order."""
+        result = self.result
+        driven = [
+            self.column(name, result.unit("drivers", name, "position"), series.position, share=1.0)
+            for name, series in result.drivers.items()
+        ]
+        asked = self.outputs() + self._listed()
+        return (
+            driven + asked
+            if result.time is None
+            else [("t [s]", cells(result.time)), *asked, *driven]
+        )
+
+    def _listed(self) -> list[Column]:
+        found: list[Column] = []
+        for name in getattr(self.result.definition, "outputs", None) or ():
+            if name in self.result.points:
+                found += self._point(name)
+            for kind in ("bodies", "joints"):
+                if name in getattr(self.result, kind):
+                    found += self._part(kind, name, rates=0)
+        return found
 
     def outputs(self) -> list[Column]:
         """Return the named outputs."""
@@ -153,11 +188,11 @@ class Quantities:
             values = series.get(word)
             if values is None or not _changes(values, series, f"{word}_velocity", noise):
                 continue
-            yield self._column(f"{name}.{word}", "rad" if turns else "m", values, noise)
+            yield self.column(f"{name}.{word}", "rad" if turns else "m", values, noise)
             for rate in ("velocity", "acceleration")[:rates]:
                 if f"{word}_{rate}" in series:
                     unit = self.result.unit("joints", name, f"{word}_{rate}")
-                    yield self._column(f"{name}.{word}", unit, series[f"{word}_{rate}"], 0.0)
+                    yield self.column(f"{name}.{word}", unit, series[f"{word}_{rate}"], 0.0)
 
     def _part(self, kind: str, name: str, rates: int) -> Iterator[Column]:
         """Yield a body's angle or a joint's slide or place, with some of its rates."""
@@ -178,30 +213,35 @@ class Quantities:
         if values is None or not _changes(values, series, words[1], noise):
             return
         title, unit = (name, "rad") if turns else (f"{name}.slide", "m")
-        yield self._column(title, unit, values, noise)
+        yield self.column(title, unit, values, noise)
         for word in words[1 : rates + 1]:
             if word in series:
                 unit = self.result.unit(kind, name, word)
-                yield self._column(name, unit, series[word], self._rates[word])
+                yield self.column(name, unit, series[word], self._rates[word])
 
     def _point(self, name: str) -> Iterator[Column]:
         """Yield the coordinates of a point that change."""
         places = self.result.points[name].position
         for i, axis in enumerate(self.result.mechanism.axes):
             if len(places) < 2 or _span(places[:, i]) > self.length:
-                yield self._column(f"{name}.{axis}", "m", places[:, i], self.length)
+                yield self.column(f"{name}.{axis}", "m", places[:, i], self.length)
 
     def _in(self, unit: str, values: Floats) -> tuple[str, Floats]:
         """Return the unit in which values are shown, and the values in it."""
         shown = self.result.units.read(unit)
         return shown.name, values if shown.factor == 1 else values * shown.factor
 
-    def _column(self, name: str, unit: str, values: Floats, noise: float) -> Column:
-        """Return a column in the unit it is shown in; what is noise is 0."""
-        shown, numbers = self._in(unit, values)
-        return f"{name} [{shown}]", cells(
-            numbers, noise=noise * self.result.units.read(unit).factor
-        )
+    def column(
+        self, name: str, unit: str, values: Floats, noise: float = 0.0, share: float = 0.0
+    ) -> Column:
+        """Return a column in the unit it is shown in; what is noise, or rounding, is 0.
+
+        Rounding is what is nothing beside a `share` of the largest number.
+        """
+        shown = self.result.units.read(unit)
+        numbers = values if shown.factor == 1 else values * shown.factor
+        size = share * float(np.max(np.abs(numbers), initial=0.0)) if share else 0.0
+        return f"{name} [{shown.name}]", cells(numbers, size, noise=noise * shown.factor)
 
 
 def _changes(values: Floats, series: Series, rate: str, noise: float) -> bool:

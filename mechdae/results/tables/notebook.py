@@ -28,7 +28,7 @@ def html(result: Result, picture: str = "") -> str:
 
 
 def _short(result: Result) -> str:
-    columns = poses_columns(result)[:FEW]
+    columns = poses_columns(result)[0][:FEW]
     places = rows_of(len(result), SHORT)
     head = "".join(f"<th>{escape(title)}</th>" for title, _ in columns)
     rows = "".join(

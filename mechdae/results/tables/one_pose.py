@@ -10,11 +10,16 @@ from mechdae.results.tables.moving import Quantities
 from mechdae.types import Floats
 
 
-def _vector(values: Floats) -> str:
-    return "(" + ", ".join(f"{value: .12g}" for value in values) + ")"
+def _vector(values: Floats, room: int) -> str:
+    """Return components with as many digits as there is room for."""
+    for digits in (12, 9, 6):
+        text = "(" + ", ".join(f"{value: .{digits}g}" for value in values) + ")"
+        if len(text) <= room:
+            break
+    return text
 
 
-def pose_text(result: Result) -> list[str]:
+def pose_text(result: Result, width: int) -> list[str]:
     """Return one quantity per line."""
     lines = []
     if result.time is not None:
@@ -39,7 +44,8 @@ def pose_text(result: Result) -> list[str]:
                 value = np.where(np.abs(array[0]) <= noise, 0.0, array[0])
                 own = result.units.of(units.get((part, name), ""))
                 shown = value * own.factor
-                text = f"{shown: .15g}" if not np.ndim(value) else _vector(shown)
+                room = width - 42 - len(own.name) - len(part[18:] + name[20:])
+                text = f"{shown: .15g}" if not np.ndim(value) else _vector(shown, room)
                 if "nan" in text:
                     text = " -"
                 turns = name in TURNS or name == "position"

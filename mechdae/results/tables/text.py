@@ -113,6 +113,50 @@ def rows_of(count: int, most: int = ROWS) -> list[int]:
     return sorted({round(place) for place in spread.tolist()})
 
 
+def laid_out(
+    given: Sequence[tuple[Sequence[str], Sequence[str]]],
+    rows: Sequence[int],
+    width: int,
+    needed: int | None = None,
+    lead: int = 1,
+) -> tuple[list[str], int]:
+    """Return the lines of some rows of columns, heads and texts of each, none wider than `width`.
+
+    The first `needed` columns (all without it) are all shown, where they do not fit in several
+    tables that begin with the `lead` first ones; of the others as many as there is room for.
+
+    Returns
+    -------
+    lines, count
+        How many columns are shown.
+    """
+    columns = [[*heads, *[texts[k] for k in rows]] for heads, texts in given]
+    sizes = [max(map(len, texts)) + 2 for texts in columns]
+    room = width - 2
+    tables: list[list[int]] = [[*range(min(lead, len(columns)))]]
+    shown, used = len(tables[0]), sum(sizes[: len(tables[0])])
+    for k in range(shown, len(columns)):
+        size = min(sizes[k], max(room - sum(sizes[:lead]), 8))
+        if used + size > room:
+            if needed is not None and k >= needed:
+                break
+            tables.append(tables[0][:lead])
+            used = sum(sizes[:lead])
+        tables[-1].append(k)
+        sizes[k], used, shown = size, used + size, shown + 1
+    lines: list[str] = []
+    for places in tables:
+        lines += [""] if lines else []
+        for row in range(len(columns[0])):
+            cells = (_short(columns[k][row], sizes[k] - 2).rjust(sizes[k]) for k in places)
+            lines.append("  " + "".join(cells))
+    return lines, shown
+
+
+def _short(text: str, size: int) -> str:
+    return text if len(text) <= size else f"{text[: size - 1]}…"
+
+
 def fact(key: str, text: str, width: int = WIDE) -> list[str]:
     """Return what is known under a key, in lines that fit; they break at plain spaces."""
     head = f"  {key:{KEY - 3}} "

@@ -6,6 +6,7 @@ import argparse
 import csv
 import io
 import json
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -27,6 +28,8 @@ if TYPE_CHECKING:
 
 SHOWN = 20
 """Variants in the table; ``--json`` and ``--out`` have all."""
+WIDEST = 10_000
+"""Columns where there is no terminal."""
 DRAWN = 12
 """Variants on the sheet."""
 
@@ -57,6 +60,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
+    from mechdae.cli.terminal import width_of
     from mechdae.describe.units import units_of
     from mechdae.parts.types.ranking.rank import rank
 
@@ -89,7 +93,7 @@ def run(options: argparse.Namespace) -> int:
     if options.json:
         print(json.dumps(ranking.to_dict(), ensure_ascii=False, allow_nan=False))
     else:
-        print("\n".join(_table(ranking, units)))
+        print("\n".join(_table(ranking, units, width_of(sys.stdout) or WIDEST)))
     if options.out:
         _written(ranking, Path(options.out), options.quiet)
     if not ranking.order:
@@ -120,15 +124,17 @@ def _numbers(pairs: list[str] | None, option: str) -> dict[str, float] | None:
     return found
 
 
-def _table(ranking: Ranking, asked: Units) -> list[str]:
+def _table(ranking: Ranking, asked: Units, width: int) -> list[str]:
     """Return the lines of the table: what differs in columns, what is equal below."""
+    from mechdae.results.tables.text import laid_out
+
     by_name = {row.name: row for row in ranking.rows}
     rows = [by_name[name] for name in ranking.order]
     shown = {one["name"]: asked.of(one["unit"]) for one in ranking.criteria}
     units = {name: unit.name for name, unit in shown.items()}
     same = [n for n in units if rows and len({f"{row.values[n]:.9g}" for row in rows}) == 1]
     columns = [name for name in units if name not in same]
-    lines = []
+    lines: list[str] = []
     if rows:
         head = ["", "variant", "front", "score", *columns]
         body = [
@@ -137,11 +143,10 @@ def _table(ranking: Ranking, asked: Units) -> list[str]:
             for k, row in enumerate(rows[:SHOWN], 1)
         ]  # fmt: skip
         foot = ["", "", "", "", *(units[name] for name in columns)]
-        widths = [max(len(line[k]) for line in [head, foot, *body]) for k in range(len(head))]
-        for line in [head, foot, *body]:
-            cells = [cell.rjust(width) for cell, width in zip(line, widths, strict=True)]
-            cells[1] = line[1].ljust(widths[1])
-            lines.append("  ".join(cells).rstrip())
+        size = max(len(line[1]) for line in [head, *body])
+        texts = [[*line[:1], line[1].ljust(size), *line[2:]] for line in [head, foot, *body]]
+        given = [(column[:2], column[2:]) for column in zip(*texts, strict=True)]
+        lines, _ = laid_out(given, range(len(texts) - 2), width, lead=2)
         if len(rows) > SHOWN:
             lines.append(f"  and {len(rows) - SHOWN} more: --json, --out")
         for name in columns:
