@@ -1,10 +1,28 @@
-"""Progress of long work, on a terminal only."""
+"""What is shown on a terminal only: progress of long work, long lines folded."""
 
 from __future__ import annotations
 
 import sys
 import time
 from collections.abc import Callable
+
+
+def say(text: str, hang: int | None = None) -> None:
+    """Print a text; on a terminal long lines go on below, `hang` columns in, or 4 more."""
+    if sys.stdout.isatty():
+        import shutil
+        import textwrap
+
+        room, lines = shutil.get_terminal_size().columns, list[str]()
+        for line in text.splitlines():
+            inner = len(line) - len(line.lstrip()) + 4 if hang is None else hang
+            folded = textwrap.wrap(
+                line, room, subsequent_indent=" " * inner, break_long_words=False,
+                break_on_hyphens=False,
+            )  # fmt: skip
+            lines += folded or [""]
+        text = "\n".join(lines)
+    print(text)
 
 
 def progress(word: str, quiet: bool = False) -> Callable[[int, int], None] | None:

@@ -350,3 +350,16 @@ def test_a_reader_that_goes_away_does_not_cost_the_files(tmp_path, monkeypatch, 
         code = main(["solve", "toggle-four-bar", "--quiet", "--out", str(tmp_path / "o"), *words])
     assert code == 0
     assert {path.suffix for path in (tmp_path / "o").iterdir()} == {".csv", ".json", ".npz"}
+
+
+@pytest.mark.parametrize("command", [["list"], ["show", "gorshkov-seven-link"], ["modules"]])
+def test_a_terminal_gets_lines_of_its_width(command, capsys, monkeypatch):
+    main(command)
+    plain = capsys.readouterr().out
+    assert max(map(len, plain.splitlines())) > 100
+    monkeypatch.setenv("COLUMNS", "80")
+    monkeypatch.setattr("sys.stdout.isatty", lambda: True)
+    main(command)
+    folded = capsys.readouterr().out
+    assert max(map(len, folded.splitlines())) <= 80
+    assert folded.split() == plain.split()

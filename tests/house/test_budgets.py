@@ -19,7 +19,7 @@ BUDGETS = {
     "dynamics": 8_050,
     "design": 15_770,
     "tasks": 2_090,
-    "cli": 1_630,
+    "cli": 1_650,
     "parts": 26_410,  # what a page teaches by
 }
 """Room -> most lines of its modules; some of them import what annotations name."""

@@ -9,6 +9,7 @@ import tomllib
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from mechdae.cli.progress import say
 from mechdae.describe.file import library
 
 if TYPE_CHECKING:
@@ -31,7 +32,8 @@ def run(options: argparse.Namespace) -> int:
         return 0
     width = max((len(entry["name"]) for entry in entries), default=0)
     for entry in entries:
-        print(f"{entry['name']:{width}}  {','.join(entry['kinds']):12}  {entry['title']}")
+        kinds = ",".join(entry["kinds"])
+        say(f"{entry['name']:{width}}  {kinds:12}  {entry['title']}", width + 2)
     return 0
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import json
 
+from mechdae.cli.progress import say
 from mechdae.motion.modules.catalogue import PLANAR, SPATIAL, Module
 
 LETTERS = {"a": "\u03b1", "b": "\u03b2"}
@@ -21,10 +22,10 @@ def run(options: argparse.Namespace) -> int:
         return 0
     print("planar modules (length l, angle \u03b1), two equations")
     for module in PLANAR:
-        print(_lines(module))
+        say(_lines(module))
     print("\nspatial modules (length l, elevation \u03b1, azimuth \u03b2), three equations")
     for module in SPATIAL:
-        print(_lines(module))
+        say(_lines(module))
     return 0
 
 

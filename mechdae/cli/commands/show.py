@@ -7,6 +7,7 @@ import json
 from typing import TYPE_CHECKING, Any
 
 from mechdae.cli.options import problem_arguments, problem_of
+from mechdae.cli.progress import say
 
 if TYPE_CHECKING:
     from mechdae.types import Json
@@ -25,7 +26,7 @@ def run(options: argparse.Namespace) -> int:
     if options.json:
         print(json.dumps(plain(data), ensure_ascii=False))
     else:
-        print("\n".join(_lines(data)))
+        say("\n".join(_lines(data)))
     entries = [*data["formulas"], *data["tasks"].values()]
     if any("error" in entry for entry in entries):
         return 2
