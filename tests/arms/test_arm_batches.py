@@ -146,6 +146,20 @@ def test_limits_are_applied_and_said() -> None:
     assert held.proven.all()
 
 
+@pytest.mark.parametrize("name", ["ur5e", "kr6", "crx"])
+def test_places_in_single_precision_are_places(name: str) -> None:
+    """Their matrices are no rotations in double precision: the nearest ones are meant."""
+    links, angles, hands = drawn(name, 10)
+    rounded = hands.astype(np.float32).astype(float)
+    found = md.arm_poses(links, rounded)
+    assert set(found.status) <= {"ok", "unproven"}
+    assert found.proven.sum() >= 9
+    assert np.nanmin(gaps(found.angles, angles), axis=1).max() < 1e-4
+    for row, hand in zip(found, rounded, strict=True):
+        for pose in row.angles:
+            assert np.abs(forward(links, pose) - hand).max() < 2e-6
+
+
 def test_an_arm_of_axes_is_that_of_its_rows() -> None:
     """Axes through points, turned one after the other about themselves, by their exponentials."""
     rng = np.random.default_rng(4)

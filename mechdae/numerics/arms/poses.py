@@ -182,6 +182,8 @@ def _of_many(arm: Arm, hands: Matrices) -> ArmPosesOfMany:
     good = finite & is_rotation(hands[:, :, :3])
     base, tool = np.linalg.inv(arm.base), np.linalg.inv(arm.tool)
     R, t = hands[:, :, :3], hands[:, :, 3]
+    for _ in range(2):  # of matrices in a few digits the nearest rotation
+        R = np.where(good[:, None, None], R @ (3 * np.eye(3) - np.swapaxes(R, 1, 2) @ R) / 2, R)
     t = t @ base[:3, :3].T + base[:3, 3] + (base[:3, :3] @ R) @ tool[:3, 3]
     R = base[:3, :3] @ R @ tool[:3, :3]
     closed, back = _closed_form(links)
