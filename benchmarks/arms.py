@@ -150,7 +150,7 @@ def main() -> None:
     """Measure all arms and write what was counted."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.arms", description=__doc__)
     parser.add_argument("--targets", type=int, default=100_000)
-    parser.add_argument("--general", type=int, default=20_000, help="of arms without closed form")
+    parser.add_argument("--general", type=int, default=100_000, help="of arms without closed form")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--out", type=Path)
     asked = parser.parse_args()
