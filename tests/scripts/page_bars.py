@@ -68,12 +68,16 @@ LETTERS = """async (count) => {
     slider.value = String((k + 0.5) / count);
     slider.dispatchEvent(new Event('input', { bubbles: true }));
     await new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)));
-    const boxes = [...document.querySelectorAll('#diagram .letters .letter')].map((own) => {
-      const { x, y, width, height } = own.getBBox();
-      return [x, x + width, y + height / 2 - 5, y + height / 2 + 5];
+    const labels = '#diagram .parts [data-id^=label-]';
+    const boxes = [...document.querySelectorAll(labels)].flatMap((own) => {
+      const { x, y, width, height } = own.getBBox(), { e, f } = own.transform.baseVal[0].matrix;
+      const shown = own.getAttribute('display') !== 'none';
+      return shown ? [[x + e, x + e + width, f + y + height / 2 - 5, f + y + height / 2 + 5]] : [];
     });
-    const kinds = '#diagram .links path, #diagram .depths path.body';
-    const links = [...document.querySelectorAll(kinds)];
+    if (!boxes.length) return null;
+    const plane = [...document.querySelectorAll('#diagram .parts [data-id^=body-] path')];
+    const space = [...document.querySelectorAll('#diagram .depths path[data-id^=body-]')];
+    const links = [...plane, ...space].filter((own) => !own.hasAttribute('transform'));
     const bad = boxes.some((a, i) => boxes.some((b, j) => j > i && a[0] < b[1] && b[0] < a[1]
       && a[2] < b[3] && b[2] < a[3]) || links.some((link) => cuts(a, link)));
     covered += bad ? 1 : 0;
@@ -144,7 +148,7 @@ class Visit:
         found["frames"] = round(page.evaluate(DRAG, 1.2), 1)
         page.wait_for_timeout(200)
         found |= self.played(2.0)
-        found["letters"] = round(page.evaluate(LETTERS, FRAMES), 3)
+        found["letters"] = page.evaluate(LETTERS, FRAMES)
         return found
 
     def played(self, seconds: float) -> dict[str, float]:
@@ -238,7 +242,7 @@ def summed(table: dict[str, Any], version: str) -> dict[str, Any]:
         "small": len(small),
         "small_frame_ms": [round(of([p["frame_ms"] for p in small]), 1) for of in MIDDLE_AND_MOST],
         "small_played": statistics.median(own["played"] for own in small),
-        "letters": round(statistics.mean(own["letters"] for own in live), 4),
+        "letters": round(statistics.mean(own["letters"] or 0.0 for own in live), 4),
         "said": sum(len(own["said"]) for own in table.values()),
         "too_wide": [n for n, own in table.items() if own["too_wide_320"] or own["too_wide_390"]],
         "too_small": sorted({text for own in table.values() for text in own["small"]}),
