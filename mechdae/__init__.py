@@ -38,6 +38,7 @@ _HOMES = {
     "mechdae.describe.joints.curve": "Curve",
     "mechdae.describe.vectors.values": "Vector Node",
     "mechdae.describe.vectors.expand": "from_loops",
+    "mechdae.describe.vectors.loops_of": "loops_of",
     "mechdae.describe.joints.spatial": "SpatialRevolute SpatialPrismatic Cylindrical Spherical "
     "Universal PlanarPair Screw SpatialWeld SpatialGear SpatialRack",
     "mechdae.numerics.homotopy.platforms": "platform_poses",

@@ -52,6 +52,7 @@ from mechdae.describe.tasks.synthesis import Synthesis as Synthesis
 from mechdae.describe.units import SI, Units
 from mechdae.describe.values import Number
 from mechdae.describe.vectors.expand import from_loops as from_loops
+from mechdae.describe.vectors.loops_of import loops_of as loops_of
 from mechdae.describe.vectors.values import Node as Node
 from mechdae.describe.vectors.values import Vector as Vector
 from mechdae.design.derivatives.function import function as function
@@ -233,6 +234,7 @@ __all__ = [
     "function",
     "inverted_slider_crank",
     "load",
+    "loops_of",
     "mechanism_of",
     "new",
     "open_pose",

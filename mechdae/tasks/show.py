@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import math
+
 import casadi as ca
 import numpy as np
 
 from mechdae.additions import at_home
+from mechdae.describe.expression import evaluate
 from mechdae.describe.file.problem import Problem
+from mechdae.describe.mechanism import Mechanism
 from mechdae.describe.tasks.kinds import Driven, Task
 from mechdae.describe.tasks.synthesis import Synthesis, demand, listed_goals
 from mechdae.equations.groups import ROMAN, Group, formula
@@ -68,6 +72,30 @@ def structure(problem: Problem) -> Json:
             seen[key].pop("rank", None)
             result["groups"] = result["groups"] or seen[key].get("groups", [])
     return result
+
+
+def loops_and_vectors(mechanism: Mechanism) -> Json:
+    """Return the loops of a plane mechanism and its vectors: lengths [m], angles [rad], or None.
+
+    ``of`` is the link that a vector turns with, "" for the fixed frame.
+    """
+    closure = mechanism.closure
+    assert closure is not None
+    known = mechanism.parameter_values
+    vectors: Json = {}
+    for name, vector in closure.vectors.items():
+        body, turn = closure.directions[name]
+        length = vector.length
+        if vector.from_ is not None and vector.to is not None:
+            values = mechanism.values()
+            ends = [[values[f"{end}.{axis}"] for axis in "xy"] for end in (vector.from_, vector.to)]
+            length = math.dist(*ends)
+        vectors[name] = {
+            "length": None if length is None else evaluate(length, known),
+            "angle": None if body else evaluate(turn, known),
+            "of": body,
+        }
+    return {"loops": {name: list(loop) for name, loop in closure.loops.items()}, "vectors": vectors}
 
 
 def _entry(problem: Problem, task: Task, model: Model | None = None) -> Json:

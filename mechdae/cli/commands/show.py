@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import argparse
 import json
+import math
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from mechdae.cli.options import problem_arguments, problem_of
 from mechdae.cli.progress import say
+from mechdae.errors import InputError
 
 if TYPE_CHECKING:
     from mechdae.types import Json
@@ -16,13 +19,29 @@ if TYPE_CHECKING:
 def arguments(parser: argparse.ArgumentParser) -> None:
     problem_arguments(parser)
     parser.add_argument("--json", action="store_true", help="one JSON object")
+    parser.add_argument(
+        "--loops", action="store_true", help="as closed vector loops; --out writes them as a file"
+    )
+    parser.add_argument("--out", metavar="FILE", help="the problem file of --loops")
 
 
 def run(options: argparse.Namespace) -> int:
+    from mechdae.describe import dumps, whole_file
+    from mechdae.describe.vectors.loops_of import loops_of
     from mechdae.results import plain
-    from mechdae.tasks.show import structure
+    from mechdae.tasks.show import loops_and_vectors, structure
 
-    data = structure(problem_of(options))
+    problem = problem_of(options)
+    if options.out and not options.loops:
+        raise InputError("only together with --loops", where="--out")
+    if options.loops:
+        problem = loops_of(problem)
+    data = structure(problem)
+    if options.loops:
+        data |= loops_and_vectors(problem.mechanism)
+    if options.out:
+        with whole_file(Path(options.out)) as file:
+            file.write(dumps(problem).encode())
     if options.json:
         print(json.dumps(plain(data), ensure_ascii=False))
     else:
@@ -45,6 +64,8 @@ def _lines(data: dict[str, Any]) -> list[str]:
     lines += ["joints"]
     for name, joint in data["joints"].items():
         lines.append(f"  {name}: {joint['kind']}, {' - '.join(joint['between'])}")
+    if "loops" in data:
+        lines += ["", "loops", *_loops(data["loops"]), "vectors", *_vectors(data["vectors"])]
     lines += ["", "mobility"]
     words = [word for word in count if word not in ("rank", "W", "idle")]
     pairs = ", ".join(f"{word} = {count[word]}" for word in words)
@@ -78,6 +99,27 @@ def _lines(data: dict[str, Any]) -> list[str]:
     for name, task in data["tasks"].items():
         lines.append(f"  {name}: {_task(task)}")
         lines += [f"    {text}" for text in _forces(task.get("forces", {}))]
+    return lines
+
+
+def _loops(loops: Json) -> list[str]:
+    """Return the equations of the loops: sums of vectors that vanish."""
+    sums = {
+        name: " ".join(f"- {entry[1:]}" if entry[0] == "-" else f"+ {entry}" for entry in loop)
+        for name, loop in loops.items()
+    }
+    return [f"  {name}: {text.removeprefix('+ ')} = 0" for name, text in sums.items()]
+
+
+def _vectors(vectors: Json) -> list[str]:
+    """Return a line for each vector: what is given, and what is sought."""
+    lines = []
+    for name, vector in vectors.items():
+        length, angle = vector["length"], vector["angle"]
+        size = "unknown" if length is None else f"{length:.6g} m"
+        link = "unknown" if vector["of"] == name else f"that of {vector['of']}"
+        turn = link if angle is None else f"{math.degrees(angle):.6g} deg"
+        lines.append(f"  {name}: length {size}, angle {turn}")
     return lines
 
 

@@ -147,7 +147,8 @@ class _Expansion:
         check_loops(closure.vectors, closure.loops)
         self.merged: Merged = nodes_of(closure.vectors, closure.loops)
         directions = VectorDirections(closure.vectors, closure.bodies, closure.ground)
-        self.links = VectorLinks(directions, closure.loops, self.merged, self.known)
+        held = any(GROUND in (j.first_body, j.second_body) for j in closure.joints.values())
+        self.links = VectorLinks(directions, closure.loops, self.merged, self.known, held)
         self._check_connected()
         self.called = self._called()
         self.inside = self._pins_in_slots()
@@ -230,6 +231,8 @@ class _Expansion:
         for joint in self.closure.joints.values():
             nodes.setdefault(joint.first_body, []).append(joint.name)
             nodes.setdefault(joint.second_body, []).append(joint.name)
+        for link in self.links.all:
+            nodes.setdefault(link.name, []).extend(link.nodes)
         nodes.setdefault(GROUND, []).append(self.links.origin)
         for items in nodes.values():
             found += [(items[0], other) for other in items[1:]]
@@ -318,7 +321,9 @@ class _Expansion:
         joints: list[Joint] = []
         for node in dict.fromkeys(n for link in self.links.all for n in link.nodes):
             links = [link for link in self.links.on(node) if self._kept(link)]
-            pairs = [(j.first_body, j.second_body) for j in self.closure.joints.values() if j.hinge]
+            ends = [f"{link.name}.{self.points[link.name][node]}" for link in links]
+            pairs = [(j.first_body, j.second_body) for j in self.closure.joints.values()
+                     if j.hinge and j.first in ends and j.second in ends]  # fmt: skip
             first, *others = links
             others = [x for x in others if x.name not in reached([first.name], pairs)]
             called = self.called.get(node)

@@ -96,7 +96,10 @@ class VectorDirections:
 
 
 class VectorLinks:
-    """The links of loops, with the places of nodes on them."""
+    """The links of loops, with the places of nodes on them.
+
+    Loops without a fixed vector are ``held`` by joints that are described beside them.
+    """
 
     def __init__(
         self,
@@ -104,8 +107,9 @@ class VectorLinks:
         loops: Mapping[str, tuple[str, ...]],
         merged: Merged,
         known: Mapping[str, float],
+        held: bool = False,
     ) -> None:
-        self.directions, self.merged, self.known = directions, merged, known
+        self.directions, self.merged, self.known, self.held = directions, merged, known, held
         self.vectors = directions.vectors
         self.order = in_order(loops)
         self.origin = self._origin(loops)
@@ -160,6 +164,8 @@ class VectorLinks:
         if bound:
             return next(iter(bound))
         still = [name for name in self.order if self.directions[name][0] == FIXED]
+        if not still and self.held:
+            return f"@{GROUND}"
         if not still:
             raise InputError(
                 "no vector is fixed",

@@ -75,7 +75,7 @@ def inversion(problem: Problem, pose: Pose, link: str) -> Variant:
         closure_tolerance=base.closure_tolerance,
     )
     translation = Translation(
-        base, mechanism, called, lambda *given: _instead(mechanism, pose, base, *given)
+        base, mechanism, called, instead=lambda *given: _instead(mechanism, pose, base, *given)
     )
     return made(problem, f"fixed-{link}", mechanism, f"{link} fixed", about, translation)
 

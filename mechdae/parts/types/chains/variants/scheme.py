@@ -11,8 +11,8 @@ from mechdae.describe import GROUND, Driver, Joint, Mechanism, Problem, Sweep, T
 from mechdae.describe.file.load import from_dict
 from mechdae.describe.loads import Load, TableLoad
 from mechdae.describe.tasks.kinds import Driven, Modes
+from mechdae.describe.vectors.translation import Translation
 from mechdae.errors import InputError
-from mechdae.parts.types.chains.variants.translation import Translation
 from mechdae.records import dataclass
 
 if TYPE_CHECKING:

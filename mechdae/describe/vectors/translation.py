@@ -8,14 +8,26 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import field, replace
+from dataclasses import field, fields, replace
 from functools import cached_property
 
-from mechdae.describe import GROUND, Driver, Joint, Mechanism
 from mechdae.describe.coordinates import RATES, coordinate, split_rate
 from mechdae.describe.expression import names_in
-from mechdae.describe.loads import TIME, Force, Load, Resistance, Spring, TableLoad, Torque
-from mechdae.describe.values import Number
+from mechdae.describe.joints.joint import Joint
+from mechdae.describe.loads import (
+    NUMBERS,
+    TIME,
+    VECTORS,
+    Force,
+    Load,
+    Resistance,
+    Spring,
+    TableLoad,
+    Torque,
+)
+from mechdae.describe.mechanism import GROUND, Mechanism
+from mechdae.describe.tasks.kinds import Driver
+from mechdae.describe.vectors.numbers import negative
 from mechdae.errors import InputError
 from mechdae.records import dataclass
 from mechdae.types import Json
@@ -28,7 +40,8 @@ Signed = tuple[str, int]
 class Translation:
     """From the coordinates of ``base`` to those of ``made``, which has the same joints by name.
 
-    ``called`` are links with another name in it: a link that is fixed now is called ``ground``.
+    ``called`` are links with another name in it: a link that is fixed now is called ``ground``;
+    ``joints`` and ``points`` are those with another name.
     ``instead`` returns a driver for one that has no meaning there: of none of some coordinates, and
     whether it is the only one.
     """
@@ -36,6 +49,8 @@ class Translation:
     base: Mechanism
     made: Mechanism
     called: Mapping[str, str] = field(default_factory=dict)
+    joints: Mapping[str, str] = field(default_factory=dict)
+    points: Mapping[str, str] = field(default_factory=dict)
     instead: Callable[[Driver, Collection[str], bool], Driver] | None = None
 
     @cached_property
@@ -50,6 +65,9 @@ class Translation:
     def point(self, text: str) -> str:
         """Return a point ``body.point`` under its new name."""
         body, _, point = text.partition(".")
+        end = ".".join(text.split(".")[:2])
+        if end in self.points:
+            return self.points[end] + text[len(end) :]
         return f"{self.link(body)}.{point}"
 
     def coordinate(self, text: str) -> Signed:
@@ -71,10 +89,11 @@ class Translation:
         return self._angle(text, joint, self.link(first), self.link(second))
 
     def _angle(self, text: str, joint: Joint | None, first: str, second: str) -> Signed:
-        if joint is not None and self._links(joint.name) == (first, second):
-            return text, 1
-        if first == GROUND and joint is None and not self.called:
-            return text, 1
+        name = self.joints.get(joint.name, joint.name) if joint is not None else ""
+        if name in self.made.joints and self._links(name) == (first, second):
+            return f"{name}.angle", 1
+        if first == GROUND and joint is None and self._frame == GROUND:
+            return f"{second}.angle", 1
         between = {self._links(name): name for name, made in self.made.joints.items() if made.turns}
         if (first, second) in between:
             return f"{between[first, second]}.angle", 1
@@ -94,17 +113,18 @@ class Translation:
         return made.first_body, made.second_body
 
     def _along(self, text: str, joint: Joint) -> Signed:
-        made = self.made.joints.get(joint.name)
-        if made is None or text.rpartition(".")[2] not in made.coordinates:
+        name, word = self.joints.get(joint.name, joint.name), text.rpartition(".")[2]
+        made = self.made.joints.get(name)
+        if made is None or word not in made.coordinates:
             raise InputError(f"joint {joint.name} has no '{text}' here")
-        return text, 1
+        return f"{name}.{word}", 1
 
     def _place(self, text: str) -> Signed:
         if text in self.base.aliases:
             return self.coordinate(self.base.aliases[text])
-        if self.called:
+        if self._frame != GROUND:
             raise InputError(f"'{text}' is a place in axes of {self._frame}, which moves here")
-        return text, 1
+        return self.point(text), 1
 
     def expression(self, text: str) -> str:
         """Return an expression over the new coordinates; a place is seen from the old ground."""
@@ -118,9 +138,11 @@ class Translation:
     def _term(self, name: str) -> str:
         bare, order = split_rate(name)
         parts = bare.split(".")
-        if len(parts) == 3 and parts[0] in self.base.bodies and self.called:
+        if len(parts) == 3 and parts[0] in self.base.bodies and self._frame != GROUND:
             return self._seen(bare, parts, order)
-        if len(parts) == 2 and (parts[0] in self.base.bodies or parts[0] in self.base.joints):
+        joint = self.base.joints.get(parts[0])
+        known = parts[0] in self.base.bodies if joint is None else parts[1] in joint.coordinates
+        if len(parts) == 2 and known:
             try:
                 new, sign = self.coordinate(bare)
             except InputError:
@@ -129,7 +151,9 @@ class Translation:
                 rate = ("", *RATES)[order]
                 return f"({parts[0]}.angle{rate} - {self._frame}.angle{rate})"
             return ("-" * (sign < 0)) + new + ("", *RATES)[order]
-        return name
+        if parts[0] in self.base.joints:  # a reaction, an effort
+            return ".".join([self.joints.get(parts[0], parts[0]), *name.split(".")[1:]])
+        return self.point(name) if len(parts) == 3 else name
 
     def _seen(self, text: str, parts: list[str], order: int) -> str:
         """Return the place of a point in the axes of the link that was the ground."""
@@ -185,11 +209,11 @@ class Translation:
         for word in ("from_", "to", "speed", "acceleration", "jerk", "law"):
             value = getattr(given, word)
             if value is not None:
-                turned[word] = opposite(value)
+                turned[word] = negative(value)
         if given.at is not None:
-            turned["at"] = tuple(opposite(value) for value in given.at)
+            turned["at"] = tuple(negative(value) for value in given.at)
         if given.table is not None:
-            turned["table"] = replace(given.table, factor=opposite(given.table.factor))
+            turned["table"] = replace(given.table, factor=negative(given.table.factor))
         if not given.timed:
             turned["direction"] = "positive" if given.direction == "negative" else "negative"
         return replace(given, **turned)
@@ -198,8 +222,8 @@ class Translation:
         """Return what a task reports under new names; what is fixed now is left out."""
         found = []
         for name in names:
-            if name in self.base.bodies or name in self.base.joints or "." not in name:
-                new = self.link(name)
+            if "." not in name:
+                new = self.link(self.joints.get(name, name))
             elif name.partition(".")[2] in self._points(name.partition(".")[0]):
                 new = self.point(name)
             else:
@@ -219,6 +243,7 @@ class Translation:
         InputError
             It acts on the link that is fixed, or on what has no name here.
         """
+        load = self._numbers(load)
         if isinstance(load, Force):
             return replace(load, point=self._moving(load.point), frame=self._axes(load.frame))
         if isinstance(load, Torque):
@@ -236,6 +261,20 @@ class Translation:
                     changes |= _opposed(load, word)
         return replace(load, **changes)
 
+    def _numbers(self, load: Load) -> Load:
+        """Return a load with its expressions over the new coordinates."""
+        changes: Json = {}
+        for entry in fields(load):
+            value = getattr(load, entry.name)
+            if entry.metadata.get("kind") in NUMBERS and isinstance(value, str):
+                changes[entry.name] = self.expression(value)
+            elif entry.metadata.get("kind") in VECTORS and isinstance(value, tuple):
+                changes[entry.name] = tuple(
+                    self.expression(number) if isinstance(number, str) else number
+                    for number in value
+                )
+        return replace(load, **changes) if changes else load
+
     def _axes(self, frame: str) -> str:
         """Return what the axes of a load are called: those of the old ground move with it."""
         if frame == "world":
@@ -250,19 +289,14 @@ class Translation:
         return new
 
 
-def opposite(value: Number) -> Number:
-    """Return a number, or the text of one, with the other sign."""
-    return f"-({value})" if isinstance(value, str) else 0.0 - value
-
-
 def _opposed(load: Load, word: str) -> dict[str, object]:
     """Return the numbers of a load whose coordinate has the other sign."""
     if isinstance(load, Resistance):
         return {"negative": load.positive, "positive": load.negative}
     if isinstance(load, Spring):
-        return {"free_length": opposite(load.free_length), "preload": opposite(load.preload)}
+        return {"free_length": negative(load.free_length), "preload": negative(load.preload)}
     if isinstance(load, TableLoad) and word == "along":
-        return {"factor": opposite(load.factor)}
+        return {"factor": negative(load.factor)}
     if isinstance(load, TableLoad) and load.rows is not None:
         rows = tuple((0.0 - abscissa, value) for abscissa, value in reversed(load.rows))
         return {"rows": rows}

@@ -1,0 +1,198 @@
+"""Plane mechanisms written as closed vector loops: the same numbers, and loops that close."""
+
+from __future__ import annotations
+
+import tomllib
+from typing import Any
+
+import numpy as np
+import pytest
+
+import mechdae as md
+from mechdae.describe import dumps
+from mechdae.describe.expression import evaluate
+from mechdae.describe.file import library
+from mechdae.describe.file.load import from_dict
+from mechdae.describe.vectors.cycles import joined, shortest_cycles
+from mechdae.describe.vectors.loops_of import Written
+from mechdae.parts.types.chains.variants.scheme import planar
+from mechdae.parts.types.ranking.variants import first_sweep
+from tests.shared.command import run
+from tests.shared.vector_loops import gap, random_loops
+
+TURNED = ("hypocycloid-drive", "sarich-engine")
+"""Links whose frame is turned against their guide: as vectors they would have another one."""
+
+
+def again(problem: md.Problem) -> md.Problem:
+    """Return a problem as its file gives it."""
+    return from_dict(tomllib.loads(dumps(problem)), problem.name)
+
+
+def solved(problem: md.Problem, task: str) -> Any:
+    poses = 7 if getattr(problem.tasks[task], "poses", None) else None
+    return md.solve(problem, task, **({"poses": poses} if poses else {}))
+
+
+def check_same(problem: md.Problem) -> int:
+    """Check a problem against its loops; return how many there are."""
+    written = Written(problem)
+    loops = again(written.problem)
+    closure: Any = loops.mechanism.closure
+    task = first_sweep(problem)
+    if task is None:
+        return len(closure.loops)
+    one, two = solved(problem, task), solved(loops, task)
+    assert list(one.status) == list(two.status)
+    ok = [k for k, word in enumerate(one.status) if word == "ok"]
+    size = problem.mechanism.scale
+    for name, body in one.bodies.items():
+        new = two.bodies[written.called.get(name, name)]
+        off = new.angle[ok] - body.angle[ok]
+        assert np.abs(off - 2 * np.pi * np.round(off / (2 * np.pi))).max() < 1e-9
+        for word in ("angular_velocity", "angular_acceleration"):
+            rates = [getattr(series, word) for series in (body, new)]
+            if rates[0] is not None:
+                assert np.allclose(rates[1][ok], rates[0][ok], rtol=1e-8, atol=1e-8)
+    for name, point in one.points.items():
+        new = two.points[written.point_name(name)]
+        assert np.abs(new.position[ok] - point.position[ok]).max() <= 1e-9 * size, name
+        if point.acceleration is not None:
+            largest = np.abs(point.acceleration[ok]).max()
+            assert np.abs(new.acceleration[ok] - point.acceleration[ok]).max() <= 1e-8 * (
+                1 + largest
+            )
+    return len(closure.loops)
+
+
+@pytest.mark.parametrize(
+    ("name", "loops"),
+    [("four-bar-crank-rocker", 1), ("gorshkov-seven-link", 3), ("whitworth-quick-return", 2),
+     ("toggle-clamp", 2), ("scotch-yoke", 1), ("peaucellier", 3), ("pantograph", 1)],
+)  # fmt: skip
+def test_loops_have_the_numbers_of_the_bodies(name: str, loops: int) -> None:
+    assert check_same(md.load(name)) == loops
+
+
+def test_the_seven_link_mechanism_has_the_loops_and_modules_of_the_article(
+    capsys, tmp_path
+) -> None:
+    file = tmp_path / "loops.toml"
+    code, out, _ = run(capsys, "show", "gorshkov-seven-link", "--loops", "--out", str(file))
+    assert code == 0
+    assert "loop_1: ground_OG + slot - crank = 0" in out
+    assert "slot: length unknown, angle that of rod" in out
+    for module in ("module l of slot, α of rod_GB by loop_1",
+                   "module l of guide, α of connecting_rod by loop_2",
+                   "module α of coupler, α of rocker by loop_3"):  # fmt: skip
+        assert module in out
+    assert check_same(md.load(file)) == 3
+    assert md.load(file).mechanism.closure is not None
+
+
+def refused(problem: md.Problem) -> str:
+    """Return why a problem is not written as loops, "" where it is."""
+    try:
+        md.loops_of(problem)
+    except md.InputError as error:
+        return str(error).splitlines()[0]
+    return ""
+
+
+@pytest.mark.slow
+def test_all_plane_problems_can_be_written_as_loops() -> None:
+    seen, open_chains, counted = set(), 0, 0
+    for name in library.names():
+        problem = md.load(name)
+        key = repr((problem.mechanism.bodies, problem.mechanism.joints))
+        if problem.mechanism.dimension != 2 or problem.mechanism.closure or key in seen:
+            continue
+        seen.add(key)
+        why = refused(problem)
+        if not why:
+            counted += check_same(problem) > 0
+        elif name in TURNED:
+            assert "another frame" in why
+        else:
+            assert "has no loop" in why
+            open_chains += 1
+    assert counted >= 50
+    assert open_chains >= 10
+
+
+def bodies_of(rng: np.random.Generator, count: int) -> md.Problem:
+    """Return a random mechanism as bodies and joints."""
+    return planar(random_loops(rng, count).problem(), loops=False)
+
+
+def test_random_mechanisms_as_loops() -> None:
+    rng = np.random.default_rng(11)
+    for count in (1, 2, 3, 4):
+        assert check_same(bodies_of(rng, count)) == count
+
+
+@pytest.mark.slow
+def test_five_hundred_random_mechanisms_as_loops() -> None:
+    rng = np.random.default_rng(12)
+    for k in range(500):
+        assert check_same(bodies_of(rng, 1 + k % 4)) == 1 + k % 4
+
+
+def test_loops_are_independent_and_short() -> None:
+    cube = {f"{a}{b}": (str(a), str(b)) for a, b in
+            [(0, 1), (1, 3), (3, 2), (2, 0), (4, 5), (5, 7), (7, 6), (6, 4),
+             (0, 4), (1, 5), (2, 6), (3, 7)]}  # fmt: skip
+    cycles = shortest_cycles(cube, "0")
+    assert [len(cycle) for cycle in cycles] == [4] * 5
+    rows = [[name in {edge for edge, _ in cycle} for name in cube] for cycle in cycles]
+    rank, matrix = 0, np.array(rows, int)
+    for column in range(matrix.shape[1]):
+        pivot = next((r for r in range(rank, len(matrix)) if matrix[r, column]), None)
+        if pivot is None:
+            continue
+        matrix[[rank, pivot]] = matrix[[pivot, rank]]
+        for r in range(len(matrix)):
+            if r != rank and matrix[r, column]:
+                matrix[r] ^= matrix[rank]
+        rank += 1
+    assert rank == 12 - 8 + 1
+    eight = {"a": ("0", "1"), "b": ("1", "0"), "c": ("1", "2"), "d": ("2", "1")}
+    whole = joined(shortest_cycles(eight, "0"), eight)
+    assert sorted(len(cycle) for cycle in whole) == [2, 4]
+
+
+def test_what_is_no_loop_is_said() -> None:
+    with pytest.raises(md.InputError, match="an open chain is no closed vector loop"):
+        md.loops_of(md.load("double-pendulum"))
+    with pytest.raises(md.UnavailableError, match="plane mechanisms"):
+        md.loops_of(md.load("bricard"))
+    with pytest.raises(md.UnavailableError, match="turned by 90 degrees against the guide"):
+        md.loops_of(md.load("hypocycloid-drive"))
+    loops = md.load("seven-link-loops")
+    assert md.loops_of(loops) is loops
+
+
+def test_vectors_close_in_all_poses() -> None:
+    problem = md.loops_of(md.load("gorshkov-seven-link"))
+    result = md.solve(problem, "window", poses=5)
+    mechanism: Any = problem.mechanism
+    closure, values = mechanism.closure, mechanism.values()
+    for k in range(5):
+        found = {}
+        for name, vector in closure.vectors.items():
+            if vector.from_ is not None:  # between two points of a body or of the ground
+                tail, head = (
+                    np.array([values[f"{end}.{axis}"] for axis in "xy"])
+                    if end.startswith("ground.") else result.points[end].position[k]
+                    for end in (vector.from_, vector.to)
+                )  # fmt: skip
+                found[name] = head - tail
+                continue
+            body, turn = closure.directions[name]
+            angle = evaluate(turn, values) + (result.bodies[body].angle[k] if body else 0.0)
+            length = vector.length
+            if length is None:
+                length = result.joints[f"{name}_slide"].slide[k]
+            length = values.get(length, length) if isinstance(length, str) else length
+            found[name] = length * np.array([np.cos(angle), np.sin(angle)])
+        assert gap({n: list(loop) for n, loop in closure.loops.items()}, found) < 1e-12
