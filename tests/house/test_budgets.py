@@ -8,7 +8,7 @@ from tests.shared.paths import ROOT
 
 PACKAGE = ROOT / "mechdae"
 BUDGETS = {
-    "describe": 11_220,  # rare kinds in modules of their own, which most problems do not import
+    "describe": 12_110,  # rare kinds in modules of their own, which most problems do not import
     "numerics": 4_610,
     "equations": 7_600,  # what is left out of a scene: rollers, second machines, plane and space
     "results": 3_440,
@@ -18,14 +18,14 @@ BUDGETS = {
     "forces": 4_450,
     "dynamics": 8_050,
     "design": 15_770,
-    "tasks": 2_090,
-    "cli": 1_650,
-    "parts": 26_410,  # what a page teaches by
+    "tasks": 2_100,
+    "cli": 1_690,
+    "parts": 26_140,  # what a page teaches by
 }
 """Room -> most lines of its modules; some of them import what annotations name."""
-ALONE = 959
+ALONE = 960
 """Lines of the modules that stand alone: errors, records, types, additions."""
-TOTAL = 136_200
+TOTAL = 136_900
 LONGEST = 500
 LONGER = {
     "describe/mechanism.py": 570,
