@@ -35,7 +35,7 @@ def kept(result: md.Result) -> list[Any]:
                     while isinstance(base.base, np.ndarray):
                         base = base.base
                     found[id(base)] = base
-    return [*found.values(), *result.bound.open().values(), result.condition]
+    return [*found.values(), *result.bound.values(), result.condition]
 
 
 def series_of(result: md.Result) -> dict[str, Any]:
