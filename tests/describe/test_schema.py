@@ -12,7 +12,9 @@ from typing import Any
 
 import pytest
 
+from mechdae.cli import main
 from mechdae.describe.file import library
+from mechdae.describe.file.compact_schema import compact
 from mechdae.describe.file.schema import schema
 from mechdae.describe.tasks.constraints import CONSTRAINTS
 from mechdae.describe.tasks.goals import GOALS
@@ -23,7 +25,7 @@ TYPES = {"object": dict, "array": list, "string": str, "boolean": bool, "integer
 KNOWN = {
     "$schema", "title", "description", "type", "const", "enum", "pattern", "minimum", "required",
     "properties", "additionalProperties", "minProperties", "items", "minItems", "maxItems",
-    "oneOf", "anyOf", "allOf",
+    "oneOf", "anyOf", "allOf", "$id", "examples",
 }  # fmt: skip
 
 
@@ -182,3 +184,67 @@ def test_every_kind_of_goal_and_constraint_is_described() -> None:
     own = next(t for t in tasks if t["properties"]["kind"]["const"] == "synthesis")["properties"]
     for rule, kinds in ((own["goal"], GOALS), (own["constraints"]["items"], CONSTRAINTS)):
         assert [e["properties"]["kind"]["const"] for e in rule["oneOf"]] == list(kinds)
+
+
+# -- what is printed: the same, with what occurs several times under $defs ---------------------
+
+
+@cache
+def printed() -> dict[str, Any]:
+    return json.loads(json.dumps(compact(schema())))
+
+
+def spelled_out(rule: Any) -> Any:
+    """Return a rule with what it refers to in its place."""
+    if isinstance(rule, list):
+        return [spelled_out(part) for part in rule]
+    if not isinstance(rule, dict):
+        return rule
+    rest = {word: spelled_out(part) for word, part in rule.items() if word not in ("$ref", "$defs")}
+    if "$ref" not in rule or not isinstance(rule["$ref"], str):
+        return rest
+    return spelled_out(printed()["$defs"][rule["$ref"].removeprefix("#/$defs/")]) | rest
+
+
+def test_what_is_printed_says_the_same_in_150_kilobytes(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["schema"]) == 0
+    text = capsys.readouterr().out
+    assert len(text.encode()) < 150_000
+    assert json.loads(text) == printed()
+    assert spelled_out(printed()) == described()
+    assert printed()["$id"].startswith("urn:mechdae:")
+
+
+def test_every_key_is_described_with_its_unit() -> None:
+    """What an editor shows beside a key: what it is, its unit, an example."""
+    bare, front = [], [described()]
+    while front:
+        rule = front.pop()
+        for name, part in rule.get("properties", {}).items() if isinstance(rule, dict) else ():
+            if "kind" in rule["properties"] and name not in ("kind", "between"):
+                bare += [name] * (not part.get("description"))
+            front.append(part)
+        for word in ("additionalProperties", "items"):
+            front += [rule[word]] if isinstance(rule.get(word), dict) else []
+        for word in ("oneOf", "anyOf", "allOf"):
+            front += rule.get(word, [])
+    assert not bare
+    joints = spelled_out(printed()["properties"]["joints"])["additionalProperties"]["oneOf"]
+    hinge = next(own for own in joints if own["properties"]["kind"] == {"const": "revolute"})
+    assert {"between", "friction", "pin_radius", "pin_radius_mm"} <= set(hinge["properties"])
+    assert hinge["properties"]["pin_radius_mm"]["description"].endswith("[m]")
+    assert hinge["properties"]["pin_radius_mm"]["examples"] == ["2*r"]
+
+
+@pytest.mark.slow
+def test_a_public_validator_takes_every_problem() -> None:
+    jsonschema = pytest.importorskip("jsonschema", reason="jsonschema is not installed")
+    jsonschema.Draft202012Validator.check_schema(printed())
+    validator = jsonschema.Draft202012Validator(printed())
+    for name in library.names():
+        data = tomllib.loads(library.find(name).read_text(encoding="utf-8"))
+        assert list(validator.iter_errors(data)) == [], name
+    wrong = tomllib.loads(library.find("slider-crank").read_text(encoding="utf-8"))
+    first = next(iter(wrong["joints"].values()))
+    first["pin_radius_deg"] = 1
+    assert list(validator.iter_errors(wrong))

@@ -8,7 +8,7 @@ from tests.shared.paths import ROOT
 
 PACKAGE = ROOT / "mechdae"
 BUDGETS = {
-    "describe": 12_110,  # rare kinds in modules of their own, which most problems do not import
+    "describe": 12_230,  # rare kinds in modules of their own, which most problems do not import
     "numerics": 4_610,
     "equations": 7_600,  # what is left out of a scene: rollers, second machines, plane and space
     "results": 3_440,
@@ -19,13 +19,13 @@ BUDGETS = {
     "dynamics": 8_050,
     "design": 15_770,
     "tasks": 2_100,
-    "cli": 1_690,
+    "cli": 1_700,
     "parts": 26_140,  # what a page teaches by
 }
 """Room -> most lines of its modules; some of them import what annotations name."""
 ALONE = 960
 """Lines of the modules that stand alone: errors, records, types, additions."""
-TOTAL = 136_900
+TOTAL = 137_000
 LONGEST = 500
 LONGER = {
     "describe/mechanism.py": 570,

@@ -12,7 +12,8 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     del options
+    from mechdae.describe.file.compact_schema import compact
     from mechdae.describe.file.schema import schema
 
-    print(json.dumps(schema(), indent=1))
+    print(json.dumps(compact(schema()), ensure_ascii=False, separators=(",", ":")))
     return 0

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import fields
+from dataclasses import Field, fields
 from typing import TYPE_CHECKING, Any
 
 from mechdae.describe.file.load import SCHEMA, TOP
@@ -19,7 +19,6 @@ from mechdae.describe.vectors.values import Node, Vector
 
 if TYPE_CHECKING:
     from mechdae.types import Json
-
 
 NUMBER = {"oneOf": [{"type": "number"}, {"type": "string", "description": "an expression"}]}
 HOLE = r"\{[^{}]*\}"
@@ -38,6 +37,16 @@ def _rows(*sizes: int) -> dict[str, Any]:
     return every[0] if len(every) == 1 else {"oneOf": every}
 
 
+EXAMPLES: Json = {
+    **dict.fromkeys(("number", "expression", "moment", "inertia"), "2*r"),
+    "law": "10*t", "whole": 36, "natural": 2, "numbers": [0, 0.5], "pair": [0.1, 0.3],
+    "components": [0, -9.81], "direction": [0, 0, 1], "names": ["rod.B", "slider"],
+    "outline": ["A", "B", "P"], "points": {"A": [0, 0], "B": ["r", 0]}, "reference": "rod.B",
+    "pairs": [[0, 0.1], [1, 0.3]], "places": [[0.1, 0.2], [0.2, 0.3]],
+    "coordinates": {"crank": 0.5}, "start": {"crank": 0.5}, "lists": {"r": [0.1, 0.12]},
+    "grid": {"r": [0.1, 0.2, 5]}, "freedoms": {"r": [0.05, 0.2]},
+}  # fmt: skip
+"""Values of keys by the kind of what they hold."""
 _KINDS: dict[str, dict[str, Any]] = {
     "number": NUMBER,
     "expression": NUMBER,
@@ -116,6 +125,7 @@ def schema() -> Json:
     assert set(properties) == set(TOP)
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "$id": f"urn:mechdae:problem-file:{SCHEMA}",
         "title": "mechdae problem file",
         "type": "object",
         "required": ["schema"],
@@ -215,6 +225,13 @@ def _kind(word: str) -> Json:
     return dict(_KINDS[word])
 
 
+def _about(entry: Field[object]) -> str:
+    """Return what a key is, with the unit of its numbers."""
+    text = entry.metadata["doc"] or entry.name.rstrip("_").replace("_", " ")
+    unit = entry.metadata["unit"]
+    return f"{text} [{unit}]" if unit and unit != "1" else text
+
+
 def _object(description: type[Value], skip: tuple[str, ...] = (), kind: str = "") -> Json:
     properties: dict[str, Json] = {"kind": {"const": kind}} if kind else {}
     needed = ["kind"] if kind else []
@@ -224,9 +241,9 @@ def _object(description: type[Value], skip: tuple[str, ...] = (), kind: str = ""
         if entry.name in skip or word is None:
             continue
         name = entry.name.rstrip("_")
-        value = _kind(word)
-        if entry.metadata["doc"]:
-            value["description"] = entry.metadata["doc"]
+        value = _kind(word) | {"description": _about(entry)}
+        if word in EXAMPLES:
+            value["examples"] = [EXAMPLES[word]]
         choices = list(entry.metadata["choices"])
         if choices and word == "names":
             value["items"] = {"enum": choices}
@@ -234,7 +251,9 @@ def _object(description: type[Value], skip: tuple[str, ...] = (), kind: str = ""
             value["enum"] = choices
         forms = [name]
         if word in WITH_UNIT:
-            forms += [f"{name}{suffix}" for suffix in suffixes(entry.metadata["unit"], EVERY)]
+            unit = entry.metadata["unit"]
+            among = {end: one for end, one in EVERY.items() if unit or "per" not in end}
+            forms += [f"{name}{suffix}" for suffix in suffixes(unit, among)]
         properties |= dict.fromkeys(forms, value)
         if entry.metadata["required"] and len(forms) == 1:
             needed.append(name)

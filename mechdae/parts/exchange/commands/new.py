@@ -9,6 +9,9 @@ from mechdae.cli import message
 from mechdae.describe.file.library import families, new
 from mechdae.errors import InputError
 
+SCHEMA = "#:schema mechdae.schema.json\n"
+"""What editors read to complete a file, where ``mechdae schema`` was written beside it."""
+
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
@@ -34,7 +37,7 @@ def run(options: argparse.Namespace) -> int:
         raise InputError("a family or --from FILE is needed", hint=hint)
     if options.out and Path(options.out).exists():
         raise InputError("exists already", where=options.out, hint="choose another name")
-    text = _template(options) if options.source is None else _read(options)
+    text = SCHEMA + (_template(options) if options.source is None else _read(options))
     if options.out:
         Path(options.out).write_text(text, encoding="utf-8")
         return 0
