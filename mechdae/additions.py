@@ -67,7 +67,9 @@ class Added:
     __slots__ = ("about", "after", "home")
 
     def __init__(self, home: str, after: str = "", about: str = "") -> None:
-        self.home, self.after, self.about = home, after, about
+        self.home = home
+        self.after = after
+        self.about = about
 
     def load(self) -> Any:
         """Return what is added."""
@@ -109,8 +111,13 @@ class TaskKind(Added):
         log: str = "",
     ) -> None:
         super().__init__(home, after, about)
-        self.run, self.show, self.trial, self.text = run, show, trial, text
-        self.spread, self.design, self.log = spread, design, log
+        self.run = run
+        self.show = show
+        self.trial = trial
+        self.text = text
+        self.spread = spread
+        self.design = design
+        self.log = log
 
 
 def added_of(home: str, places: Mapping[str, str]) -> dict[str, Added]:
@@ -207,7 +214,8 @@ class Registry(Kinds[T]):
         self, slot: str, plain: Mapping[str, T | Added], made: Callable[[Any], T] = Added.load
     ) -> None:
         super().__init__(plain, made)
-        self.slot, self._others = slot, False
+        self.slot = slot
+        self._others = False
 
     def added(self) -> dict[str, Added]:
         """Return what is added, by name."""

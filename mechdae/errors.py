@@ -33,7 +33,9 @@ class MechdaeError(Exception):
     """Base of all errors; ``where`` is a place, ``hint`` the thing to try."""
 
     def __init__(self, what: str, *, where: str = "", hint: str = "") -> None:
-        self.what, self.where, self.hint = what, where, hint
+        self.what = what
+        self.where: str = where
+        self.hint = hint
         super().__init__(what)
 
     def __str__(self) -> str:
@@ -91,7 +93,7 @@ class UnknownName(InputError):
 
     def __init__(self, kind: str, name: str, known: Iterable[str], *, where: str = "") -> None:
         near = nearest(name, known)
-        self.name = str(name)
+        self.name: str = str(name)
         hint = f"did you mean {' or '.join(near)}?" if near else ""
         super().__init__(f"unknown {kind} '{shorten(name)}'", where=where, hint=hint)
 

@@ -33,7 +33,9 @@ class Reader:
     def __init__(
         self, mechanism: Mechanism, known: dict[str, Powers | None], exact: bool = False
     ) -> None:
-        self.mechanism, self.known, self.exact = mechanism, known, exact
+        self.mechanism = mechanism
+        self.known = known
+        self.exact = exact
 
     def use(self, number: float | str | None, powers: Powers | None, weak: bool = False) -> None:
         """Take note of a number whose unit is known, or of what stands in it.
@@ -211,7 +213,8 @@ class Checker(Reader):
         alone: bool,
     ) -> None:
         super().__init__(mechanism, known, exact=True)
-        self.typed, self.alone = typed, alone
+        self.typed = typed
+        self.alone = alone
         self.misfit: tuple[str, str] | None = None
 
     def learn(self, name: str, powers: Powers | str | None, weak: bool) -> None:

@@ -50,8 +50,25 @@ OWN_NAMES = frozenset(
 """First steps of paths that are no named outputs, whatever those are called."""
 
 
+class OfOtherKinds:
+    """What some kinds of results have as fields; it is empty in all others."""
+
+    centres: Series = Series({})
+    efforts: Series = Series({})
+    scalars: Series = Series({})
+    work: Series = Series({})
+    parts: Mapping[str, Series] = NOTHING
+    parameters: Mapping[str, Floats] = NOTHING
+    table: RowsOfResult = RowsOfResult()
+    data: Mapping[str, Any] = NOTHING
+    checks: Mapping[str, float] = NOTHING
+    labels: tuple[tuple[str, ...], ...] = ()
+    solutions: tuple[Json, ...] = ()
+    unique: Summary = Summary()
+
+
 @dataclass(frozen=True, repr=False)
-class Result(Record, Shown):
+class Result(Record, OfOtherKinds, Shown):
     """What one task gave; rows are poses (modes, states, sets of parameters, designs).
 
     Each kind of task has its own class, with what only it has; here that is empty.
@@ -102,18 +119,12 @@ class Result(Record, Shown):
     time: Floats | None = None
     units: Units = SI
 
-    centres = efforts = scalars = work = Series({})
-    parts = parameters = data = checks = NOTHING
-    table = RowsOfResult()
-    labels = cast("tuple[tuple[str, ...], ...]", ())
-    solutions = cast("tuple[dict[str, Any], ...]", ())
     shows: ClassVar[str] = (
         "as_problem columns finer frame in_units path_unit table to_dict to_xarray unit value"
     )
     constructed: ClassVar[bool] = False
     forces: ClassVar[bool] = False
     """Whether such results may have forces."""
-    unique = Summary()
 
     def __post_init__(self) -> None:
         if not isinstance(self.summary, Summary):

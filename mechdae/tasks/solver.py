@@ -65,7 +65,9 @@ class Solver:
         vary: Sequence[str] = (),
     ) -> None:
         whole, name = chosen(problem, task)
-        self.problem, self.name, self.vary = whole, name, names(vary)
+        self.name: str = name
+        self.vary: tuple[str, ...] = names(vary)
+        self.problem = whole
         known = {**dict(whole.mechanism.numbers()), **whole.mechanism.parameters}
         for own in self.vary:
             if own not in known:

@@ -8,10 +8,10 @@ from tests.shared.paths import ROOT
 
 PACKAGE = ROOT / "mechdae"
 BUDGETS = {
-    "describe": 12_230,  # rare kinds in modules of their own, which most problems do not import
+    "describe": 12_240,  # rare kinds in modules of their own, which most problems do not import
     "numerics": 4_610,
     "equations": 7_600,  # what is left out of a scene: rollers, second machines, plane and space
-    "results": 3_440,
+    "results": 3_450,
     "draw": 19_660,  # graphs of motions; texts are measured without matplotlib
     "kernels": 7_450,
     "motion": 22_950,  # poses of several drivers at the speed of one
@@ -23,9 +23,9 @@ BUDGETS = {
     "parts": 26_140,  # what a page teaches by
 }
 """Room -> most lines of its modules; some of them import what annotations name."""
-ALONE = 960
+ALONE = 970
 """Lines of the modules that stand alone: errors, records, types, additions."""
-TOTAL = 137_000
+TOTAL = 137_050
 LONGEST = 500
 LONGER = {
     "describe/mechanism.py": 570,

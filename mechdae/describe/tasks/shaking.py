@@ -44,8 +44,10 @@ class Shaken:
     """
 
     def __init__(self, mechanism: Mechanism, driven: list[str]) -> None:
-        self.mechanism, self.bodies = mechanism, dict[str, Body](mechanism.bodies)
-        self.parameters, self.step = dict(mechanism.parameters), mechanism.order
+        self.mechanism = mechanism
+        self.bodies: dict[str, Body] = dict[str, Body](mechanism.bodies)
+        self.parameters: dict[str, float | str] = dict(mechanism.parameters)
+        self.step: float = mechanism.order
         self.idle: dict[str, IdleLink] = {}
         self.nodes: set[str] = set()
         if mechanism.dimension == 3:
@@ -162,7 +164,8 @@ class MassPoint:
     """A point's coordinates and their accelerations, seen from another one where that is given."""
 
     def __init__(self, reference: str, origin: MassPoint | None = None) -> None:
-        self.reference, self.origin = reference, origin
+        self.reference = reference
+        self.origin = origin
 
     def value(self, axis: str) -> str:
         key = f"{self.reference}.{axis}"
@@ -179,7 +182,9 @@ class OnLine(MassPoint):
 
     def __init__(self, start: MassPoint, line: MassPoint, share: str) -> None:
         super().__init__(start.reference)
-        self.start, self.line, self.share = start, line, share
+        self.start = start
+        self.line = line
+        self.share = share
 
     def value(self, axis: str) -> str:
         return f"({self.start.value(axis)} + {self.share}*{self.line.value(axis)})"

@@ -164,17 +164,18 @@ class PointLoops:
     """
 
     def __init__(self, closure: Closure, known: Mapping[str, float]) -> None:
-        self.closure, self.known = closure, known
+        self.closure = closure
+        self.known = known
         self._check()
         check_loops(closure.vectors, closure.loops)
-        self.merged = nodes_of(closure.vectors, closure.loops)
-        self.on_bodies = points_on_bodies(closure, self.merged)
-        self.order = in_order(closure.loops)
-        self.ends = {
+        self.merged: Merged = nodes_of(closure.vectors, closure.loops)
+        self.on_bodies: dict[str, list[str]] = points_on_bodies(closure, self.merged)
+        self.order: list[str] = in_order(closure.loops)
+        self.ends: dict[str, tuple[str, ...]] = {
             name: tuple(self.merged.first(f"{name}.{end}") for end in (TAIL, HEAD))
             for name in self.order
         }
-        self.places = self._fixed()
+        self.places: dict[str, tuple[float | str, ...]] = self._fixed()
         self._names = self._called()
         nodes = dict.fromkeys(node for pair in self.ends.values() for node in pair)
         self._at = {node: self._point(node) for node in nodes}
@@ -184,7 +185,7 @@ class PointLoops:
         })  # fmt: skip
         self._check_connected()
         self.ground, self.bodies = self._ground(), self._bodies()
-        self.joints = self._joints()
+        self.joints: Table[Joint] = self._joints()
 
     def _point(self, node: str) -> str:
         """Return the point of the mechanism that a node is."""

@@ -47,7 +47,9 @@ class VectorDirections:
     def __init__(
         self, vectors: Mapping[str, Vector], bodies: Mapping[str, Body], ground: Ground
     ) -> None:
-        self.vectors, self.bodies, self.ground = vectors, bodies, ground
+        self.vectors = vectors
+        self.bodies = bodies
+        self.ground = ground
         self._known: dict[str, tuple[str, Number]] = {}
         for name in vectors:
             self._find(name, ())
@@ -109,10 +111,13 @@ class VectorLinks:
         known: Mapping[str, float],
         held: bool = False,
     ) -> None:
-        self.directions, self.merged, self.known, self.held = directions, merged, known, held
-        self.vectors = directions.vectors
-        self.order = in_order(loops)
-        self.origin = self._origin(loops)
+        self.directions = directions
+        self.merged = merged
+        self.known = known
+        self.held = held
+        self.vectors: Mapping[str, Vector] = directions.vectors
+        self.order: list[str] = in_order(loops)
+        self.origin: str = self._origin(loops)
         self._of: dict[tuple[str, str], Link] = {}
         self.all: list[Link] = []
         for name in self.order:

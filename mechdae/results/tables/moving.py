@@ -40,7 +40,8 @@ class Quantities:
             for word, values in arrays:
                 largest[word] = max(largest[word], np.nanmax(np.abs(values), initial=0.0))
         noise = noises(result)
-        self.length, self.angle = noise["length"], noise["angle"]
+        self.length: float = noise["length"]
+        self.angle: float = noise["angle"]
         self._rates = {word: 1e-14 * float(size) for word, size in largest.items()}
         names = (coordinate.rpartition(".") for coordinate in result.drivers)
         self._driven = {part for part, _, word in names if word in (*RELATIVE, "s")}
