@@ -25,7 +25,7 @@ EXCAVATOR = str(DATA / "excavator-massless-cylinders.toml")
 
 def test_drivers_have_actuators_in_all_formats() -> None:
     """A block of 3 kg on a guide moves 3 kg: its spring is 3 w^2, w = 200 rad/s."""
-    texts = {form: md.exported(block(), form).text for form in ("mjcf", "sdf", "urdf")}
+    texts = {form: md.export(block(), format=form).text for form in ("mjcf", "sdf", "urdf")}
     roots = {form: ET.fromstring(text) for form, text in texts.items()}
     spring = roots["mjcf"].find("actuator/position")
     assert spring is not None
