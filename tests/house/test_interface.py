@@ -83,7 +83,7 @@ FUNCTIONS = {
 """Commands and the functions that do the same in Python."""
 SHARED = ("set", "mode", "poses", "units", "lang", "task")
 """Options that are called the same in all commands that have them, and in Python."""
-TASKLESS = ("plot", "variants", "count_variants", "check_certificate")
+TASKLESS = ("plot", "variants", "count_variants", "loops_of")
 """Functions whose second argument is the kind of picture, the way to vary, the problem."""
 SOURCES = [name for name in md.__all__ if name[0].islower()]
 

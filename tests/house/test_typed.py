@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import dataclasses
 import importlib.util
+import inspect
+import json
 import re
 import subprocess
 import sys
@@ -19,6 +22,8 @@ from tests.shared.paths import ROOT
 
 NAMES = [name for name in mechdae.__all__ if name[0] != "_"]
 TASKS = {kind: at_home(KINDS[kind].home).__name__ for kind in KINDS}
+OPEN, SHARE = 20, 0.83
+"""At most so many public signatures hold `Any`, and what `pyright --verifytypes` knows at least."""
 HEAD = """import mechdae as md
 
 mechanism = md.Mechanism(
@@ -108,3 +113,42 @@ def test_pyright_sees_names_results_and_slips(tmp_path: Path) -> None:
     revealed = {n: text.rpartition(' is "')[2].rstrip('"') for n, text in told}
     wrong = {n: text for n, word, text in found if word in ("error", "warning")}
     check(lines, revealed, wrong)
+
+
+def signatures() -> dict[str, list[str]]:
+    """Return the annotations of public functions, methods and fields."""
+    found: dict[str, list[str]] = {}
+    for name in NAMES:
+        thing = getattr(mechdae, name)
+        called = {name: thing} if inspect.isfunction(thing) else {}
+        if inspect.isclass(thing):
+            own = {f"{name}.{word}": value for word, value in vars(thing).items() if word[0] != "_"}
+            called = {word: value for word, value in own.items() if inspect.isfunction(value)}
+            noted = vars(thing).get("__annotations__", {})
+            for entry in dataclasses.fields(thing) if dataclasses.is_dataclass(thing) else ():
+                if entry.name in noted:
+                    found[f"{name}.{entry.name}"] = [str(entry.type)]
+        for word, function in called.items():
+            found[word] = [str(text) for text in function.__annotations__.values()]
+    return found
+
+
+def test_few_public_signatures_hold_any() -> None:
+    nothing = re.compile(r"\b(Any|Graph|Sym)\b")
+    held = [name for name, texts in signatures().items() if any(map(nothing.search, texts))]
+    assert len(held) <= OPEN, held
+
+
+@pytest.mark.slow
+def test_pyright_knows_all_public_types() -> None:
+    if importlib.util.find_spec("pyright") is None:
+        pytest.skip("pyright is not installed: pip install pyright, which needs Node.js")
+    words = ["--verifytypes", "mechdae", "--ignoreexternal", "--outputjson"]
+    done = subprocess.run(
+        [sys.executable, "-m", "pyright", *words], capture_output=True, text=True, cwd=ROOT
+    )
+    found = json.loads(done.stdout)["typeCompleteness"]
+    public = {f"mechdae.{name}" for name in NAMES}
+    known = {s["name"] for s in found["symbols"] if s["isTypeKnown"] and not s["isTypeAmbiguous"]}
+    assert public <= known, public - known
+    assert found["completenessScore"] >= SHARE

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import field, fields, replace
 from functools import cached_property
 
 from mechdae.describe.expression import evaluate
+from mechdae.describe.file.load import Source, given
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.joints.joint import Joint
 from mechdae.describe.mechanism import GROUND, Body, Ground, Mechanism
@@ -21,7 +22,7 @@ from mechdae.describe.vectors.numbers import add, less, negative
 from mechdae.describe.vectors.translation import Translation
 from mechdae.describe.vectors.values import Node, Vector
 from mechdae.errors import InputError, MechdaeError, UnavailableError
-from mechdae.records import dataclass
+from mechdae.records import dataclass, public
 from mechdae.types import Json
 
 SAME = 1e-12
@@ -30,7 +31,8 @@ Point = tuple[str, str]
 """A body and one of its points."""
 
 
-def loops_of(problem: Problem) -> Problem:
+@public
+def loops_of(problem: Source, *, set: Mapping[str, Number] | None = None) -> Problem:
     """Return a problem with ``[vectors]`` and ``[loops]`` in place of its bodies and joints.
 
     Each link of a loop is a vector from joint to joint, each slide a vector of unknown length. What
@@ -40,7 +42,10 @@ def loops_of(problem: Problem) -> Problem:
     Parameters
     ----------
     problem
-        A plane mechanism with loops of revolute and prismatic joints, pins in slots and bars.
+        A plane mechanism with loops of revolute and prismatic joints, pins in slots and bars: a
+        problem, the name of a predefined one, a file, a mechanism, or a result.
+    set
+        Numbers to change, as of `md.solve`.
 
     Raises
     ------
@@ -56,12 +61,13 @@ def loops_of(problem: Problem) -> Problem:
     >>> loops.mechanism.closure.loops["loop_1"]
     ('crank', 'coupler', '-rocker', '-ground_AD')
     """
-    mechanism = problem.mechanism
+    whole, _ = given(problem, set=set)
+    mechanism = whole.mechanism
     if mechanism.closure is not None:
-        return problem
+        return whole
     if mechanism.dimension != 2:
         raise UnavailableError("loops are written of plane mechanisms", where="dimension")
-    return Written(problem).problem
+    return Written(whole).problem
 
 
 @dataclass
