@@ -55,8 +55,10 @@ class _Scale:
             return title, values
         below = [self.units.of(self._given.get(name) or "") for name in by]
         factor = self.own.factor / math.prod(unit.factor for unit in below)
-        unit = "/".join([self.own.name, *(_below(unit.name) for unit in below if unit.name)])
-        return (f"{title} [{unit}]" if self.own.name else title), np.asarray(values) * factor
+        names = [_below(unit.name) for unit in below if unit.name not in ("", "1")]
+        unit = "/".join([self.own.name, *names])
+        told = self.own.name and unit != "1"
+        return (f"{title} [{unit}]" if told else title), np.asarray(values) * factor
 
 
 def _below(unit: str) -> str:
@@ -108,7 +110,7 @@ def _spread(result: Result, path: str, spread: dict[str, Any], own: ShownUnit) -
     def at(values: Floats | float) -> float:
         return float(np.asarray(values)[place]) * own.factor
 
-    where = f" [{own.name}]" if result.units and own.name else ""
+    where = f" [{own.name}]" if result.units and own.name not in ("", "1") else ""
     if place and path in result.summary["exact"]:
         for coordinate, series in result.drivers.items():
             si = result.unit("drivers", coordinate, "position")
