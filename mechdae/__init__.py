@@ -80,6 +80,7 @@ _HOMES = {
     "mechdae.parts.types.chains.variants.scheme": "Variant",
     "mechdae.parts.types.ranking.variants": "variants count_variants",
     "mechdae.parts.types.ranking.rank": "rank Ranking",
+    "mechdae.parts.types.ranking.judges": "judged Judgment",
 }
 _HOME = {name: module for module, names in _HOMES.items() for name in names.split()}
 __all__ = ["__version__", *sorted(_HOME)]

@@ -107,6 +107,8 @@ from mechdae.parts.types.chains.mechanisms import problem_of as problem_of
 from mechdae.parts.types.chains.variants.scheme import Variant as Variant
 from mechdae.parts.types.described.task import Composition as Composition
 from mechdae.parts.types.described.task import CurveGoal as CurveGoal
+from mechdae.parts.types.ranking.judges import Judgment as Judgment
+from mechdae.parts.types.ranking.judges import judged as judged
 from mechdae.parts.types.ranking.rank import Ranking as Ranking
 from mechdae.parts.types.ranking.rank import rank as rank
 from mechdae.parts.types.ranking.variants import count_variants as count_variants
@@ -159,6 +161,7 @@ __all__ = [
     "IndeterminateFrictionError",
     "InfeasibleMotionError",
     "InputError",
+    "Judgment",
     "KinematicChain",
     "Mechanism",
     "MechanismError",
@@ -233,6 +236,7 @@ __all__ = [
     "from_loops",
     "function",
     "inverted_slider_crank",
+    "judged",
     "load",
     "loops_of",
     "mechanism_of",

@@ -24,6 +24,7 @@ from mechdae.errors import InputError
 
 if TYPE_CHECKING:
     from mechdae.describe.units import Units
+    from mechdae.parts.types.ranking.judges import Judgment
     from mechdae.parts.types.ranking.rank import Ranking
 
 SHOWN = 20
@@ -50,6 +51,9 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     ):
         parser.add_argument(word, nargs="+", action="extend", metavar="NAME=W", help=text)
     parser.add_argument(
+        "--judges", metavar="FILE", help="comparisons in pairs that give the weights: TOML"
+    )
+    parser.add_argument(
         "--criteria", nargs="+", action="extend", metavar="NAME", help="only these; default: all"
     )
     parser.add_argument("--output", metavar="C", help="coordinate whose acceleration counts")
@@ -62,6 +66,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     from mechdae.cli.terminal import width_of
     from mechdae.describe.units import units_of
+    from mechdae.parts.types.ranking.judges import judged
     from mechdae.parts.types.ranking.rank import rank
 
     check_processes(options)
@@ -71,6 +76,10 @@ def run(options: argparse.Namespace) -> int:
         raise InputError("a ranking has --workers", where="--cluster")
     if options.out and Path(options.out).exists() and not Path(options.out).is_dir():
         raise InputError("is a file, not a folder", where=f"--out {options.out}")
+    if options.judges and (options.weights or options.criteria):
+        raise InputError("judges give criteria and weights themselves", where="--judges",
+                         hint="leave out --weights and --criteria")  # fmt: skip
+    judgment = judged(options.judges) if options.judges else None
     problem = problem_of(options)
     units = units_of(units_asked(options).asked, problem.mechanism.units)
     show = progress("variants", options.quiet)
@@ -80,8 +89,8 @@ def run(options: argparse.Namespace) -> int:
             options.task,
             variants=options.variants,
             by=options.by or "construction",
-            weights=_numbers(options.weights, "--weights"),
-            criteria=options.criteria,
+            weights=judgment.weights if judgment else _numbers(options.weights, "--weights"),
+            criteria=list(judgment.weights) if judgment else options.criteria,
             within=_numbers(options.within, "--within"),
             output=options.output,
             limit=options.limit,
@@ -91,8 +100,11 @@ def run(options: argparse.Namespace) -> int:
     finally:
         clear(show)
     if options.json:
-        print(json.dumps(ranking.to_dict(), ensure_ascii=False, allow_nan=False))
+        data = ranking.to_dict() | ({"judgment": judgment.to_dict()} if judgment else {})
+        print(json.dumps(data, ensure_ascii=False, allow_nan=False))
     else:
+        if judgment:
+            print("\n".join(_judges(judgment)))
         print("\n".join(_table(ranking, units, width_of(sys.stdout) or WIDEST)))
     if options.out:
         _written(ranking, Path(options.out), options.quiet)
@@ -100,6 +112,16 @@ def run(options: argparse.Namespace) -> int:
         message("mechdae: no variant is left to be ranked", options.quiet)
         return 1
     return 0
+
+
+def _judges(judgment: Judgment) -> list[str]:
+    """Return what judges say together, and who is inconsistent."""
+    count = len(judgment.judges)
+    weights = ", ".join(f"{name} {weight:.4g}" for name, weight in judgment.weights.items())
+    agree = f", agreement W = {judgment.agreement:.3g}" if count > 1 else ""
+    ratios = ", ".join(f"{judge.name} {judge.ratio:.2g}" for judge in judgment.judges)
+    lines = [f"  weights of {count} judges{agree}: {weights}", f"  consistency ratios: {ratios}"]
+    return [*lines, *(f"  note: {note}" for note in judgment.notes)]
 
 
 def _numbers(pairs: list[str] | None, option: str) -> dict[str, float] | None:
