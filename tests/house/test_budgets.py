@@ -20,12 +20,12 @@ BUDGETS = {
     "design": 15_770,
     "tasks": 2_100,
     "cli": 1_700,
-    "parts": 26_140,  # what a page teaches by
+    "parts": 26_370,  # what a page teaches by
 }
 """Room -> most lines of its modules; some of them import what annotations name."""
-ALONE = 970
+ALONE = 971
 """Lines of the modules that stand alone: errors, records, types, additions."""
-TOTAL = 137_050
+TOTAL = 137_300
 LONGEST = 500
 LONGER = {
     "describe/mechanism.py": 570,
