@@ -25,7 +25,7 @@ from mechdae.errors import InputError
 if TYPE_CHECKING:
     from mechdae.describe.units import Units
     from mechdae.parts.types.ranking.judges import Judgment
-    from mechdae.parts.types.ranking.rank import Ranking
+    from mechdae.parts.types.ranking.rank import RankedVariant, Ranking
 
 SHOWN = 20
 """Variants in the table; ``--json`` and ``--out`` have all."""
@@ -150,8 +150,7 @@ def _table(ranking: Ranking, asked: Units, width: int) -> list[str]:
     """Return the lines of the table: what differs in columns, what is equal below."""
     from mechdae.results.tables.text import laid_out
 
-    by_name = {row.name: row for row in ranking.rows}
-    rows = [by_name[name] for name in ranking.order]
+    rows, equal = _alike(ranking)
     shown = {one["name"]: asked.of(one["unit"]) for one in ranking.criteria}
     units = {name: unit.name for name, unit in shown.items()}
     same = [n for n in units if rows and len({f"{row.values[n]:.9g}" for row in rows}) == 1]
@@ -160,7 +159,8 @@ def _table(ranking: Ranking, asked: Units, width: int) -> list[str]:
     if rows:
         head = ["", "variant", "front", "score", *columns]
         body = [
-            [str(k), row.name, "*" if row.pareto else "", f"{ranking.score[row.name]:.4f}",
+            [str(k), row.name + equal[row.name], "*" if row.pareto else "",
+             f"{ranking.score[row.name]:.4f}",
              *(f"{row.values[name] * shown[name].factor:.5g}" for name in columns)]
             for k, row in enumerate(rows[:SHOWN], 1)
         ]  # fmt: skip
@@ -198,6 +198,17 @@ def _table(ranking: Ranking, asked: Units, width: int) -> list[str]:
     if len(reasons) > SHOWN:
         lines.append(f"  and {len(reasons) - SHOWN} other reasons: --json, --out")
     return lines
+
+
+def _alike(ranking: Ranking) -> tuple[list[RankedVariant], dict[str, str]]:
+    """Return the ranked variants, one for those of equal values, and what says how many they are."""
+    by_name = {row.name: row for row in ranking.rows}
+    alike: dict[tuple[str, ...], list[RankedVariant]] = {}
+    for row in (by_name[name] for name in ranking.order):
+        alike.setdefault(tuple(f"{value:.9g}" for value in row.values.values()), []).append(row)
+    words = {some[0].name: f" and {len(some) - 1} equal" * (len(some) > 1)
+             for some in alike.values()}  # fmt: skip
+    return [some[0] for some in alike.values()], words
 
 
 def _written(ranking: Ranking, folder: Path, quiet: bool) -> None:
