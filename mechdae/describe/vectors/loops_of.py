@@ -423,7 +423,7 @@ class Written:
 def _in_loops(joint: Joint) -> bool:
     """Return whether a joint is one of vectors: a hinge, a slide, or a bare bar."""
     if joint.hinge or joint.guide or joint.slot:
-        return joint.kind in ("revolute", "prismatic", "pin-in-slot")
+        return True
     return joint.bar and not any(
         getattr(joint, entry.name) for entry in fields(joint)
         if entry.name not in ("name", "first", "second", "length")

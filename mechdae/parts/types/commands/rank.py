@@ -201,7 +201,7 @@ def _table(ranking: Ranking, asked: Units, width: int) -> list[str]:
 
 
 def _alike(ranking: Ranking) -> tuple[list[RankedVariant], dict[str, str]]:
-    """Return the ranked variants, one for those of equal values, and what says how many they are."""
+    """Return the ranked variants, one for those of equal values, and how many others it is for."""
     by_name = {row.name: row for row in ranking.rows}
     alike: dict[tuple[str, ...], list[RankedVariant]] = {}
     for row in (by_name[name] for name in ranking.order):
