@@ -184,12 +184,12 @@ def test_parts_and_named_points_have_columns(tmp_path: Path) -> None:
     assert "|O|" not in shown[1]
 
 
-def test_forces_come_before_named_outputs_that_nobody_listed(tmp_path: Path) -> None:
+def test_named_outputs_and_efforts_come_before_reactions(tmp_path: Path) -> None:
     text = CRANK + '\n[outputs]\nlean = "rod.angle"\nspeed = "slide.slide.speed"\n'
     problem = load(text, tmp_path)
     titles = re.split(r"  +", lines(md.solve(problem, at(30, 60, friction="none")))[1].strip())
-    assert titles[2:6] == ["effort [N m]", "|O| [N]", "|B| [N]", "|C| [N]"]
-    assert titles[6:] == ["slide N [N]", "lean [deg]"]
+    assert titles[2:5] == ["lean [deg]", "speed [m/s]", "effort [N m]"]
+    assert titles[5:] == ["|O| [N]", "|B| [N]", "|C| [N]"]
     listed = lines(md.solve(problem, at(30, 60, outputs=("speed", "O"))))[1]
     assert re.split(r"  +", listed.strip())[2:4] == ["speed [m/s]", "effort [N m]"]
 

@@ -97,7 +97,7 @@ def mechanisms(draw: st.DrawFn) -> md.Mechanism:
     ]
     joints: list[md.Revolute | md.Prismatic | md.PinInSlot | md.Distance] = []
     for k, (before, name) in enumerate(zip(["ground", *names], names, strict=False)):
-        ends = (f"j{k}", f"{before}.Q", f"{name}.P")
+        ends = (f"j{k}_", f"{before}.Q", f"{name}.P")  # names of bodies end in a digit
         joints.append(
             draw(
                 st.one_of(
