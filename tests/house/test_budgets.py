@@ -20,7 +20,7 @@ BUDGETS = {
     "design": 15_770,
     "tasks": 2_100,
     "cli": 1_700,
-    "parts": 26_370,  # what a page teaches by
+    "parts": 26_380,  # what a page teaches by
 }
 """Room -> most lines of its modules; some of them import what annotations name."""
 ALONE = 971
