@@ -61,6 +61,7 @@ def independent_loops(loops: dict[str, list[str]], names: list[str]) -> int:
     return len(names) - len(set(nodes_of(names, loops).values())) + 1
 
 
+@pytest.mark.slow
 def test_orders_of_the_seven_link_mechanism() -> None:
     problem = md.load(SEVEN)
     found = list(md.variants(problem, "order"))

@@ -240,7 +240,7 @@ def test_schema_and_new(capsys) -> None:
     assert json.loads(out)["title"] == "mechdae problem file"
     code, out, _ = run(capsys, "new", "four-bar")
     assert code == 0
-    assert out.startswith("schema = 1")
+    assert out.startswith("#:schema mechdae.schema.json\nschema = 1\n")
 
 
 def test_plot(capsys, tmp_path) -> None:
