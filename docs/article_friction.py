@@ -325,6 +325,11 @@ def claims() -> list[str]:
         "claim | verdict | why",
         [
             [
+                "any structural scheme can be mapped to vector loops", "right, in the plane",
+                "`md.loops_of`, [`show --loops`](modules.md#the-loops-of-a-mechanism): the "
+                "seven-link mechanism has three loops and the modules lα, lα, αα",
+            ],
+            [
                 "4 planar modules", "right",
                 "two unknowns among lengths and angles: both of one vector, or ll, lα, αα of two",
             ],

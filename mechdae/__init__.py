@@ -92,13 +92,13 @@ _RENAMED = {
 
 
 def __getattr__(name: str) -> Any:
-    if name in _RENAMED:
-        new, order = _RENAMED[name]
-        calls = importlib.import_module("mechdae.records")
-        return calls.renamed(__getattr__(new), name, order)
-    if name not in _HOME:
+    new, order = _RENAMED.get(name, (name, None))
+    if new not in _HOME:
         raise AttributeError(f"module 'mechdae' has no attribute '{name}'")
-    return getattr(importlib.import_module(_HOME[name]), name)
+    found = getattr(importlib.import_module(_HOME[new]), new)
+    if name not in _RENAMED:
+        return found
+    return importlib.import_module("mechdae.records").renamed(found, name, order)
 
 
 def _shown(how: str, result: object, columns: object = None, width: int = 0) -> str:

@@ -72,18 +72,18 @@ def test_curves_hold_the_numbers_of_the_result(rocker: md.Result) -> None:
     axes = md.plot(rocker, "curves", paths=[*paths, "points/coupler.P/velocity/size"])
     panels = axes.figure.axes
     assert [panel.get_ylabel() for panel in panels] == [
-        "velocity [m/s]",
+        "velocity [mm/s]",
         "transmission angle [deg]",
         "condition",
-        "bound [m]",
-        "bound [rad]",
+        "bound [mm]",
+        "bound [deg]",
     ]
     velocity = rocker.points["coupler.P"].velocity
     for word, values in (("x", velocity[:, 0]), ("y", velocity[:, 1])):
         own = line(panels[0], f"curve-points/coupler.P/velocity-coupler.P {word}")
-        assert np.array_equal(own.get_ydata(), values)
+        assert own.get_ydata() == pytest.approx(1000 * values, rel=1e-15)
     own = line(panels[0], "curve-points/coupler.P/velocity/size-|coupler.P|")
-    assert own.get_ydata() == pytest.approx(np.hypot(*velocity.T), rel=1e-15)
+    assert own.get_ydata() == pytest.approx(1000 * np.hypot(*velocity.T), rel=1e-15)
     assert panels[2].get_yscale() == "log"
     assert np.array_equal(line(panels[2], "curve-condition-").get_ydata(), rocker.condition)
 
@@ -199,7 +199,7 @@ def test_ticks_of_equal_time(rocker: md.Result) -> None:
     assert said == f"every 15° of crank.angle, {np.deg2rad(15) / speed:.4g} s"
     hodograph = md.plot(rocker, "coupler", paths=["points/coupler.P/velocity"])
     data = np.stack(line(hodograph, "locus-coupler.P").get_data(), axis=1)
-    assert np.array_equal(data, rocker.points["coupler.P"].velocity)
+    assert data == pytest.approx(1000 * rocker.points["coupler.P"].velocity, rel=1e-15)
     width, height = np.diff(axes.get_xlim())[0], np.diff(axes.get_ylim())[0]
     box = axes.get_window_extent()
     assert width / height == pytest.approx(box.width / box.height)

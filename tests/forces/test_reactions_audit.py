@@ -125,7 +125,8 @@ def test_books_of_predefined_problems_with_forces(name: str, task: str) -> None:
         low, high = (problem.mechanism.values().get(x, x) for x in (driver.from_, driver.to))
         share = (np.arange(9) + 0.37) / 9
         driver = replace(driver, from_=None, to=None, at=tuple(low + (high - low) * share))
-    own = replace(own, driver=driver, poses=None, cycle=False, outputs=None, direction="driver")
+    own = replace(own, driver=driver, poses=None, cycle=False, outputs=None, find=(),
+                  direction="driver")  # fmt: skip
     result = md.solve(problem, own)
     ok = [k for k, status in enumerate(result.status) if status in ("ok", "ambiguous")]
     if not ok:

@@ -73,6 +73,7 @@ ENDLESS = {
 CALL, DEFINED = re.compile(r"\b(\w+)\("), re.compile(r"\bdef (\w+)\(")
 
 LOOPS = {
+    ("describe/file/units.py", "written_units"): "each part of a file is taken away once",
     # each turn takes something away, or places what was not placed
     ("motion/cases/meshes/turn_lattice.py", "_shortened"): "a vector gets shorter",
     ("parts/types/chains/labelling.py", "_refined"): "there are more colours each time",
@@ -143,6 +144,7 @@ LOOPS = {
 """By module and function: what ends a `while` of no such shape, what is said then."""
 
 RECURSIONS = {
+    ("describe/file/compact_schema.py", "enter"): "a schema is entered before its parts",
     ("motion/assembly/mode_tree.py", "_later"): "fewer groups are left each time, `DEEPEST`",
     ("parts/types/chains/labelling.py", "_leaves"): "more colours each time",
     ("motion/assembly/no_others.py", "_inverses"): "a square matrix the second time",

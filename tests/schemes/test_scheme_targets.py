@@ -368,10 +368,10 @@ def test_growth_workers_and_a_broken_job_give_the_same_bits(tmp_path) -> None:
     spread = md.synthesize(problem, "t", workers=2)
     for other in (again, spread):
         assert json.dumps(other.data["designs"]) == json.dumps(alone.data["designs"])
-    assert "error [rad]" in table(alone)
+    assert "error [deg]" in table(alone)
     drawn = md.plot(alone, "sheet")
     texts = [own.get_text() for own in drawn.texts]
-    assert any(text.startswith("1   error") and text.count("rad") == 1 for text in texts)
+    assert any(text.startswith("1   error") and text.count("deg") == 1 for text in texts)
     sizes = {round_["round"] for round_ in alone.summary["rounds"]}
     assert "growth 1" in sizes
 
