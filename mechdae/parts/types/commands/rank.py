@@ -120,7 +120,8 @@ def _judges(judgment: Judgment) -> list[str]:
     weights = ", ".join(f"{name} {weight:.4g}" for name, weight in judgment.weights.items())
     agree = f", agreement W = {judgment.agreement:.3g}" if count > 1 else ""
     ratios = ", ".join(f"{judge.name} {judge.ratio:.2g}" for judge in judgment.judges)
-    lines = [f"  weights of {count} judges{agree}: {weights}", f"  consistency ratios: {ratios}"]
+    judges = f"{count} judge{'s' * (count > 1)}"
+    lines = [f"  weights of {judges}{agree}: {weights}", f"  consistency ratios: {ratios}"]
     return [*lines, *(f"  note: {note}" for note in judgment.notes)]
 
 
