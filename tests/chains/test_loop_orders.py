@@ -137,13 +137,6 @@ def test_orders_of_random_loops() -> None:
     assert counted.sum(axis=0).min() >= 2
 
 
-@pytest.mark.slow
-def test_orders_of_two_hundred_random_mechanisms() -> None:
-    rng = np.random.default_rng(2026)
-    counted = np.array([tried(rng, 1 + k % 4, 4, 30) for k in range(200)])
-    assert counted.sum(axis=0).min() >= 150
-
-
 def test_what_seven_links_refuse_cannot_be_assembled() -> None:
     problem = md.load(SEVEN)
     closure: Any = problem.mechanism.closure

@@ -131,13 +131,6 @@ def test_random_mechanisms_as_loops() -> None:
         assert check_same(bodies_of(rng, count)) == count
 
 
-@pytest.mark.slow
-def test_five_hundred_random_mechanisms_as_loops() -> None:
-    rng = np.random.default_rng(12)
-    for k in range(500):
-        assert check_same(bodies_of(rng, 1 + k % 4)) == 1 + k % 4
-
-
 def test_loops_are_independent_and_short() -> None:
     cube = {f"{a}{b}": (str(a), str(b)) for a, b in
             [(0, 1), (1, 3), (3, 2), (2, 0), (4, 5), (5, 7), (7, 6), (6, 4),
