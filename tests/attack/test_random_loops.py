@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tests.chains.test_loop_orders import tried
-from tests.describe.test_loops_of import bodies_of, check_same
+from tests.shared.loop_checks import bodies_of, check_same, tried
 
 
 @pytest.mark.slow

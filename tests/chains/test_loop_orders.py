@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from itertools import product
 from typing import Any
 
@@ -10,51 +9,16 @@ import numpy as np
 import pytest
 
 import mechdae as md
-from mechdae.describe.file.load import from_dict
-from mechdae.parts.types.chains.variants.orders import Orders, cyclic
-from mechdae.parts.types.ranking.variants import MotionOfVaried, fault_of
-from tests.shared.vector_loops import gap, least_gap, nodes_of, random_loops
+from mechdae.parts.types.chains.variants.orders import cyclic
+from tests.shared.loop_checks import (
+    again,
+    check_closed,
+    tried,
+    vectors_at,
+)
+from tests.shared.vector_loops import least_gap, nodes_of
 
 SEVEN = "seven-link-loops"
-
-
-def again(variant: md.Variant) -> md.Problem:
-    """Return a variant's problem as its file gives it."""
-    return from_dict(tomllib.loads(variant.text), variant.name)
-
-
-def loops_of(problem: md.Problem) -> dict[str, list[str]]:
-    closure: Any = problem.mechanism.closure
-    return {name: list(loop) for name, loop in closure.loops.items()}
-
-
-def vectors_at(problem: md.Problem, result: Any, k: int) -> dict[str, np.ndarray]:
-    """Return the vectors (2,) of a pose, by the angles of links and the slides of joints."""
-    mechanism: Any = problem.mechanism
-    closure, values = mechanism.closure, mechanism.values()
-    found = {}
-    for name, vector in closure.vectors.items():
-        body, turn = closure.directions[name]
-        number = values.get(turn, turn) if isinstance(turn, str) else turn
-        angle = (result.bodies[body].angle[k] if body else 0.0) + float(number)
-        length = vector.length
-        if length is None:
-            length = result.joints[f"{name}_slide"].slide[k]
-        elif isinstance(length, str):
-            length = values[length]
-        found[name] = length * np.array([np.cos(angle), np.sin(angle)])
-    return found
-
-
-def check_closed(variant: md.Variant, task: str) -> None:
-    """Check that all vectors of all poses meet where the order says."""
-    problem = again(variant)
-    result = md.solve(problem, task, poses=3)
-    for k, status in enumerate(result.status):
-        if status == "ok":
-            vectors = vectors_at(problem, result, k)
-            size = max(float(np.hypot(*vector)) for vector in vectors.values())
-            assert gap(loops_of(problem), vectors) <= 1e-12 * size, variant.name
 
 
 def independent_loops(loops: dict[str, list[str]], names: list[str]) -> int:
@@ -100,35 +64,6 @@ def test_a_link_that_keeps_its_direction_has_a_guide() -> None:
     result = md.solve(problem, "turn")
     assert result.bodies["level"].angle[0] == pytest.approx(0.0, abs=1e-14)
     check_closed(md.Variant("level", problem), "turn")
-
-
-def tried(rng: np.random.Generator, count: int, orders: int, starts: int) -> tuple[int, int]:
-    """Check some orders of a random mechanism; return how many assemble, and how many do not."""
-    net = random_loops(rng, count)
-    problem = net.problem()
-    motion = MotionOfVaried(problem)
-    if motion.result.fault:
-        return 0, 0  # a limit within the little interval
-    made = Orders(problem, motion.pose)
-    every = [cyclic(len(loop)) for loop in net.loops.values()]
-    given = {name: (net.length(name), net.angle(name)) for name in net.ends}
-    unknown = {**net.unknown, "crank": ""}
-    good = bad = 0
-    for _ in range(orders):
-        chosen = {
-            name: [net.loops[name][i] for i in choice[int(rng.integers(len(choice)))]]
-            for name, choice in zip(net.loops, every, strict=True)
-        }
-        variant = made.of(chosen)
-        fault = variant.fault or fault_of(variant)
-        if not fault:
-            check_closed(variant, "turn")
-            good += 1
-            continue
-        least = least_gap(chosen, unknown, given, {}, rng, starts)
-        assert least > 1e-7, (chosen, fault)
-        bad += 1
-    return good, bad
 
 
 def test_orders_of_random_loops() -> None:

@@ -2,67 +2,24 @@
 
 from __future__ import annotations
 
-import tomllib
 from typing import Any
 
 import numpy as np
 import pytest
 
 import mechdae as md
-from mechdae.describe import dumps
 from mechdae.describe.expression import evaluate
 from mechdae.describe.file import library
-from mechdae.describe.file.load import from_dict
 from mechdae.describe.vectors.cycles import joined, shortest_cycles
-from mechdae.describe.vectors.loops_of import Written
-from mechdae.parts.types.chains.variants.scheme import planar
-from mechdae.parts.types.ranking.variants import first_sweep
 from tests.shared.command import run
-from tests.shared.vector_loops import gap, random_loops
+from tests.shared.loop_checks import (
+    bodies_of,
+    check_same,
+)
+from tests.shared.vector_loops import gap
 
 TURNED = ("hypocycloid-drive", "sarich-engine")
 """Links whose frame is turned against their guide: as vectors they would have another one."""
-
-
-def again(problem: md.Problem) -> md.Problem:
-    """Return a problem as its file gives it."""
-    return from_dict(tomllib.loads(dumps(problem)), problem.name)
-
-
-def solved(problem: md.Problem, task: str) -> Any:
-    poses = 7 if getattr(problem.tasks[task], "poses", None) else None
-    return md.solve(problem, task, **({"poses": poses} if poses else {}))
-
-
-def check_same(problem: md.Problem) -> int:
-    """Check a problem against its loops; return how many there are."""
-    written = Written(problem)
-    loops = again(written.problem)
-    closure: Any = loops.mechanism.closure
-    task = first_sweep(problem)
-    if task is None:
-        return len(closure.loops)
-    one, two = solved(problem, task), solved(loops, task)
-    assert list(one.status) == list(two.status)
-    ok = [k for k, word in enumerate(one.status) if word == "ok"]
-    size = problem.mechanism.scale
-    for name, body in one.bodies.items():
-        new = two.bodies[written.called.get(name, name)]
-        off = new.angle[ok] - body.angle[ok]
-        assert np.abs(off - 2 * np.pi * np.round(off / (2 * np.pi))).max() < 1e-9
-        for word in ("angular_velocity", "angular_acceleration"):
-            rates = [getattr(series, word) for series in (body, new)]
-            if rates[0] is not None:
-                assert np.allclose(rates[1][ok], rates[0][ok], rtol=1e-8, atol=1e-8)
-    for name, point in one.points.items():
-        new = two.points[written.point_name(name)]
-        assert np.abs(new.position[ok] - point.position[ok]).max() <= 1e-9 * size, name
-        if point.acceleration is not None:
-            largest = np.abs(point.acceleration[ok]).max()
-            assert np.abs(new.acceleration[ok] - point.acceleration[ok]).max() <= 1e-8 * (
-                1 + largest
-            )
-    return len(closure.loops)
 
 
 @pytest.mark.parametrize(
@@ -118,11 +75,6 @@ def test_all_plane_problems_can_be_written_as_loops() -> None:
             open_chains += 1
     assert counted >= 50
     assert open_chains >= 10
-
-
-def bodies_of(rng: np.random.Generator, count: int) -> md.Problem:
-    """Return a random mechanism as bodies and joints."""
-    return planar(random_loops(rng, count).problem(), loops=False)
 
 
 def test_random_mechanisms_as_loops() -> None:

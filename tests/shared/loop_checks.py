@@ -1,0 +1,127 @@
+"""Checks of vector loops: orders whose vectors meet, mechanisms written as loops."""
+
+from __future__ import annotations
+
+import tomllib
+from typing import Any
+
+import numpy as np
+
+import mechdae as md
+from mechdae.describe import dumps
+from mechdae.describe.file.load import from_dict
+from mechdae.describe.vectors.loops_of import Written
+from mechdae.parts.types.chains.variants.orders import Orders, cyclic
+from mechdae.parts.types.chains.variants.scheme import planar
+from mechdae.parts.types.ranking.variants import MotionOfVaried, fault_of, first_sweep
+from tests.shared.vector_loops import gap, least_gap, random_loops
+
+
+def again(given: md.Variant | md.Problem) -> md.Problem:
+    """Return a variant's or a problem as its file gives it."""
+    text = given.text if isinstance(given, md.Variant) else dumps(given)
+    return from_dict(tomllib.loads(text), given.name)
+
+
+def loops_of(problem: md.Problem) -> dict[str, list[str]]:
+    closure: Any = problem.mechanism.closure
+    return {name: list(loop) for name, loop in closure.loops.items()}
+
+
+def vectors_at(problem: md.Problem, result: Any, k: int) -> dict[str, np.ndarray]:
+    """Return the vectors (2,) of a pose, by the angles of links and the slides of joints."""
+    mechanism: Any = problem.mechanism
+    closure, values = mechanism.closure, mechanism.values()
+    found = {}
+    for name, vector in closure.vectors.items():
+        body, turn = closure.directions[name]
+        number = values.get(turn, turn) if isinstance(turn, str) else turn
+        angle = (result.bodies[body].angle[k] if body else 0.0) + float(number)
+        length = vector.length
+        if length is None:
+            length = result.joints[f"{name}_slide"].slide[k]
+        elif isinstance(length, str):
+            length = values[length]
+        found[name] = length * np.array([np.cos(angle), np.sin(angle)])
+    return found
+
+
+def check_closed(variant: md.Variant, task: str) -> None:
+    """Check that all vectors of all poses meet where the order says."""
+    problem = again(variant)
+    result = md.solve(problem, task, poses=3)
+    for k, status in enumerate(result.status):
+        if status == "ok":
+            vectors = vectors_at(problem, result, k)
+            size = max(float(np.hypot(*vector)) for vector in vectors.values())
+            assert gap(loops_of(problem), vectors) <= 1e-12 * size, variant.name
+
+
+def tried(rng: np.random.Generator, count: int, orders: int, starts: int) -> tuple[int, int]:
+    """Check some orders of a random mechanism; return how many assemble, and how many do not."""
+    net = random_loops(rng, count)
+    problem = net.problem()
+    motion = MotionOfVaried(problem)
+    if motion.result.fault:
+        return 0, 0  # a limit within the little interval
+    made = Orders(problem, motion.pose)
+    every = [cyclic(len(loop)) for loop in net.loops.values()]
+    given = {name: (net.length(name), net.angle(name)) for name in net.ends}
+    unknown = {**net.unknown, "crank": ""}
+    good = bad = 0
+    for _ in range(orders):
+        chosen = {
+            name: [net.loops[name][i] for i in choice[int(rng.integers(len(choice)))]]
+            for name, choice in zip(net.loops, every, strict=True)
+        }
+        variant = made.of(chosen)
+        fault = variant.fault or fault_of(variant)
+        if not fault:
+            check_closed(variant, "turn")
+            good += 1
+            continue
+        least = least_gap(chosen, unknown, given, {}, rng, starts)
+        assert least > 1e-7, (chosen, fault)
+        bad += 1
+    return good, bad
+
+
+def solved(problem: md.Problem, task: str) -> Any:
+    poses = 7 if getattr(problem.tasks[task], "poses", None) else None
+    return md.solve(problem, task, **({"poses": poses} if poses else {}))
+
+
+def check_same(problem: md.Problem) -> int:
+    """Check a problem against its loops; return how many there are."""
+    written = Written(problem)
+    loops = again(written.problem)
+    closure: Any = loops.mechanism.closure
+    task = first_sweep(problem)
+    if task is None:
+        return len(closure.loops)
+    one, two = solved(problem, task), solved(loops, task)
+    assert list(one.status) == list(two.status)
+    ok = [k for k, word in enumerate(one.status) if word == "ok"]
+    size = problem.mechanism.scale
+    for name, body in one.bodies.items():
+        new = two.bodies[written.called.get(name, name)]
+        off = new.angle[ok] - body.angle[ok]
+        assert np.abs(off - 2 * np.pi * np.round(off / (2 * np.pi))).max() < 1e-9
+        for word in ("angular_velocity", "angular_acceleration"):
+            rates = [getattr(series, word) for series in (body, new)]
+            if rates[0] is not None:
+                assert np.allclose(rates[1][ok], rates[0][ok], rtol=1e-8, atol=1e-8)
+    for name, point in one.points.items():
+        new = two.points[written.point_name(name)]
+        assert np.abs(new.position[ok] - point.position[ok]).max() <= 1e-9 * size, name
+        if point.acceleration is not None:
+            largest = np.abs(point.acceleration[ok]).max()
+            assert np.abs(new.acceleration[ok] - point.acceleration[ok]).max() <= 1e-8 * (
+                1 + largest
+            )
+    return len(closure.loops)
+
+
+def bodies_of(rng: np.random.Generator, count: int) -> md.Problem:
+    """Return a random mechanism as bodies and joints."""
+    return planar(random_loops(rng, count).problem(), loops=False)
