@@ -153,14 +153,14 @@ def main() -> None:
     parser.add_argument("--general", type=int, default=100_000, help="of arms without closed form")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--out", type=Path)
-    asked = parser.parse_args()
+    options = parser.parse_args()
     rows = []
     for k, name in enumerate(ARMS):
-        count = asked.targets if k < CLOSED else asked.general
-        rows.append(measured(name, count, asked.seed))
+        count = options.targets if k < CLOSED else options.general
+        rows.append(measured(name, count, options.seed))
         print(json.dumps(rows[-1]), flush=True)
-    if asked.out:
-        asked.out.write_text(json.dumps(rows, indent=1) + "\n", encoding="utf-8")
+    if options.out:
+        options.out.write_text(json.dumps(rows, indent=1) + "\n", encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -8,17 +8,16 @@ relative to the largest number of its path in the set.
 from __future__ import annotations
 
 import argparse
-import json
 import time
 from collections.abc import Iterable
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 import mechdae as md
 from benchmarks.forces import problem as four_bar_with_masses
+from benchmarks.written import arguments, written
 from mechdae.design.studies.rows import Computer, row_of
 
 SETS, POSES, CHECKED = 1024, 200, 24
@@ -117,19 +116,10 @@ def page(records: list[dict[str, Any]]) -> str:
 def main() -> None:
     """Measure, write the figures and the table."""
     parser = argparse.ArgumentParser(description="measures and forces of many sets at once")
-    parser.add_argument("--out", type=Path)
-    parser.add_argument("--page", type=Path)
-    asked = parser.parse_args()
+    arguments(parser)
+    options = parser.parse_args()
     records = [measured(*case) for case in cases()]
-    print(page(records))
-    if asked.out:
-        asked.out.write_text(json.dumps(records, indent=1) + "\n", encoding="utf-8")
-    if asked.page:
-        text = asked.page.read_text(encoding="utf-8")
-        head, rest = text.split(BEGIN)
-        tail = rest.split(END)[1]
-        whole = f"{head}{BEGIN}\n\n{page(records)}\n\n{END}{tail}"
-        asked.page.write_text(whole, encoding="utf-8")
+    written(options, records, page(records), BEGIN, END)
 
 
 if __name__ == "__main__":

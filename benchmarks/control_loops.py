@@ -12,18 +12,15 @@ from __future__ import annotations
 import argparse
 import ctypes
 import json
-import shutil
-import subprocess
-import tempfile
 import time
 from collections.abc import Callable
-from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
 import mechdae as md
+from benchmarks.written import arguments, c_library, written
 
 SOURCE = Path(__file__).with_name("control_loops.c")
 EXCAVATOR = Path(__file__).parents[1] / "tests/data/excavator-massless-cylinders.toml"
@@ -230,23 +227,9 @@ def arms() -> list[Arm]:
     ]  # fmt: skip
 
 
-@cache
-def compiled() -> Any:
-    """Return the closed forms in C, None without a compiler."""
-    compiler = shutil.which("cc") or shutil.which("gcc")
-    if compiler is None:
-        return None
-    with tempfile.TemporaryDirectory() as folder:
-        library = Path(folder) / "control_loops.so"
-        flags = ["-O3", "-march=native", "-shared", "-fPIC"]
-        command = [compiler, *flags, str(SOURCE), "-o", str(library), "-lm"]
-        subprocess.run(command, capture_output=True, check=True)
-        return ctypes.CDLL(str(library))
-
-
 def in_c(arm: Arm, count: int) -> Callable[[Rows], Rows] | None:
     """Return the closed form in C with so many outputs, None where there is none."""
-    function = getattr(compiled(), arm.function, None)
+    function = getattr(c_library(SOURCE), arm.function, None)
     if function is None:
         return None
     pointer = np.ctypeslib.ndpointer(float, flags="C_CONTIGUOUS")
@@ -388,14 +371,14 @@ def page(records: list[dict[str, Any]]) -> str:
         "largest error", "a call in a loop (NumPy)", "wrong of jumps", "refused, no limit near",
     )  # fmt: skip
     lines = [heads, ("---",) * len(heads)]
-    for own in records:
-        cells = [own["name"]]
-        for row in own["arrays"]:
+    for record in records:
+        cells = [record["name"]]
+        for row in record["arrays"]:
             ratios = [shown(row["mechdae_us"] / row[f"{name}_us"])
                       for name in ("numpy", "c") if f"{name}_us" in row]  # fmt: skip
             cells.append(f"{shown(row['mechdae_us'])} ({', '.join(ratios)})")
-        each, thrown = own["loop"], own["jumps"]
-        error = max(each["error"], *(row["error"] for row in own["arrays"]))
+        each, thrown = record["loop"], record["jumps"]
+        error = max(each["error"], *(row["error"] for row in record["arrays"]))
         cells += [f"{error:.1e}", f"{shown(each['mechdae_us'])} ({shown(each['numpy_us'])})"]
         cells += [f"{thrown['wrong']} of {thrown['calls']}"]
         cells += [f"{thrown['refused']}, {thrown['no_limit_near']}"]
@@ -406,25 +389,16 @@ def page(records: list[dict[str, Any]]) -> str:
 def main() -> None:
     """Measure, write the figures and the table."""
     parser = argparse.ArgumentParser(description="arms and platforms beside closed forms")
-    parser.add_argument("--out", type=Path)
-    parser.add_argument("--page", type=Path)
+    arguments(parser)
     parser.add_argument("--jumps", type=int, default=JUMPS)
     parser.add_argument("--only", default="")
-    asked = parser.parse_args()
-    chosen = [arm for arm in arms() if arm.name.startswith(asked.only)]
+    options = parser.parse_args()
+    chosen = [arm for arm in arms() if arm.name.startswith(options.only)]
     records = []
     for arm in chosen:
-        records.append(measured(arm, SIZES, LOOP, asked.jumps))
+        records.append(measured(arm, SIZES, LOOP, options.jumps))
         print(json.dumps(records[-1]), flush=True)
-    print(page(records))
-    if asked.out:
-        asked.out.write_text(json.dumps(records, indent=1) + "\n", encoding="utf-8")
-    if asked.page:
-        text = asked.page.read_text(encoding="utf-8")
-        head, rest = text.split(BEGIN)
-        tail = rest.split(END)[1]
-        whole = f"{head}{BEGIN}\n\n{page(records)}\n\n{END}{tail}"
-        asked.page.write_text(whole, encoding="utf-8")
+    written(options, records, page(records), BEGIN, END)
 
 
 if __name__ == "__main__":

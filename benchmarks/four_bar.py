@@ -8,9 +8,6 @@ not installed. Errors are those of the angles of coupler and rocker against the 
 from __future__ import annotations
 
 import ctypes
-import shutil
-import subprocess
-import tempfile
 from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
@@ -18,6 +15,7 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.written import c_library
 from mechdae.kernels.run.high_precision import LONG
 from mechdae.parts.bench.kinematics import COMPARED, Other
 from mechdae.parts.bench.runs import COUPLER, CRANK, GROUND, ROCKER, yardstick
@@ -48,16 +46,10 @@ def off(angles: Any, crank: Any) -> float:
 @cache
 def compiled() -> Any:
     """Return the function in C, None without a compiler."""
-    compiler = shutil.which("cc") or shutil.which("gcc")
-    if compiler is None:
+    library = c_library(SOURCE)
+    if library is None:
         return None
-    with tempfile.TemporaryDirectory() as folder:
-        library = Path(folder) / "fourbar.so"
-        flags = ["-O3", "-march=native", "-shared", "-fPIC"]
-        command = [compiler, *flags, str(SOURCE), "-o", str(library), "-lm"]
-        if subprocess.run(command, capture_output=True, check=False).returncode:
-            return None
-        function = ctypes.CDLL(str(library)).fourbar
+    function = library.fourbar
     pointer = np.ctypeslib.ndpointer(float, flags="C_CONTIGUOUS")
     function.argtypes, function.restype = [ctypes.c_long, pointer, pointer, pointer], None
     return function

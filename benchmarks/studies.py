@@ -8,18 +8,17 @@ four-bar in NumPy for as many poses, measured in between.
 from __future__ import annotations
 
 import argparse
-import json
 import resource
 import time
 from collections.abc import Iterable
 from dataclasses import replace
 from functools import partial
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 import mechdae as md
+from benchmarks.written import arguments, written
 from mechdae.design.studies.rows import Computer
 from mechdae.parts.bench.runs import yardstick
 
@@ -152,20 +151,10 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--sets", type=int, default=4096)
     parser.add_argument("--rounds", type=int, default=3)
-    parser.add_argument("--out", type=Path)
-    parser.add_argument("--page", type=Path)
+    arguments(parser)
     options = parser.parse_args()
     records = [measured(entry, options.sets, options.rounds) for entry in CASES]
-    if options.out:
-        options.out.write_text(json.dumps(records, indent=1) + "\n")
-    if options.page:
-        text = options.page.read_text(encoding="utf-8")
-        before, rest = text.split("<!-- measured -->")
-        after = rest.split("<!-- end -->")[1]
-        options.page.write_text(
-            f"{before}<!-- measured -->\n\n{page(records)}\n\n<!-- end -->{after}"
-        )
-    print(page(records))
+    written(options, records, page(records), "<!-- measured -->", "<!-- end -->")
 
 
 if __name__ == "__main__":

@@ -24,6 +24,10 @@ NAMES = [name for name in mechdae.__all__ if name[0] != "_"]
 TASKS = {kind: at_home(KINDS[kind].home).__name__ for kind in KINDS}
 OPEN, SHARE = 20, 0.83
 """At most so many public signatures hold `Any`, and what `pyright --verifytypes` knows at least."""
+needs_pyright = pytest.mark.skipif(
+    importlib.util.find_spec("pyright") is None,
+    reason="pyright is not installed: pip install pyright, which fetches itself by Node.js",
+)
 HEAD = """import mechdae as md
 
 mechanism = md.Mechanism(
@@ -100,17 +104,16 @@ def test_mypy_sees_names_results_and_slips(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
+@needs_pyright
 def test_pyright_sees_names_results_and_slips(tmp_path: Path) -> None:
-    if importlib.util.find_spec("pyright") is None:
-        pytest.skip("pyright is not installed: pip install pyright, which needs Node.js")
     path, lines = written(tmp_path)
     words = [sys.executable, "-m", "pyright", "--pythonpath", sys.executable, str(path)]
     done = subprocess.run(words, capture_output=True, text=True, cwd=ROOT)
     pattern = re.compile(r"use\.py:(\d+):\d+ - (\w+): (.*)")
     found = [(int(m[1]), m[2], m[3]) for m in map(pattern.search, done.stdout.splitlines()) if m]
     assert found, done.stdout + done.stderr
-    told = [(n, text) for n, word, text in found if word == "information"]
-    revealed = {n: text.rpartition(' is "')[2].rstrip('"') for n, text in told}
+    notes = [(n, text) for n, word, text in found if word == "information"]
+    revealed = {n: text.rpartition(' is "')[2].rstrip('"') for n, text in notes}
     wrong = {n: text for n, word, text in found if word in ("error", "warning")}
     check(lines, revealed, wrong)
 
@@ -122,8 +125,10 @@ def signatures() -> dict[str, list[str]]:
         thing = getattr(mechdae, name)
         called = {name: thing} if inspect.isfunction(thing) else {}
         if inspect.isclass(thing):
-            own = {f"{name}.{word}": value for word, value in vars(thing).items() if word[0] != "_"}
-            called = {word: value for word, value in own.items() if inspect.isfunction(value)}
+            held = {
+                f"{name}.{word}": value for word, value in vars(thing).items() if word[0] != "_"
+            }
+            called = {word: value for word, value in held.items() if inspect.isfunction(value)}
             noted = vars(thing).get("__annotations__", {})
             for entry in dataclasses.fields(thing) if dataclasses.is_dataclass(thing) else ():
                 if entry.name in noted:
@@ -140,9 +145,8 @@ def test_few_public_signatures_hold_any() -> None:
 
 
 @pytest.mark.slow
+@needs_pyright
 def test_pyright_knows_all_public_types() -> None:
-    if importlib.util.find_spec("pyright") is None:
-        pytest.skip("pyright is not installed: pip install pyright, which needs Node.js")
     words = ["--verifytypes", "mechdae", "--ignoreexternal", "--outputjson"]
     done = subprocess.run(
         [sys.executable, "-m", "pyright", *words], capture_output=True, text=True, cwd=ROOT
