@@ -15,6 +15,7 @@ from tests.shared.loop_checks import (
     check_closed,
     tried,
     vectors_at,
+    work_gap,
 )
 from tests.shared.vector_loops import least_gap, nodes_of
 
@@ -140,3 +141,8 @@ def check_inversions(name: str) -> int:
 @pytest.mark.parametrize(("name", "links"), [("gorshkov-seven-link", 8), ("rack-and-pinion", 6)])
 def test_every_link_can_be_fixed(name: str, links: int) -> None:
     assert check_inversions(name) == links
+
+
+@pytest.mark.parametrize("turned", [False, True])
+def test_loads_between_links_do_the_same_work_whatever_is_fixed(turned: bool) -> None:
+    assert work_gap(turned) < 1e-9

@@ -16,7 +16,7 @@ from tests.shared.loop_checks import (
     bodies_of,
     check_same,
 )
-from tests.shared.vector_loops import gap
+from tests.shared.vector_loops import gap, nodes_of
 
 TURNED = ("hypocycloid-drive", "sarich-engine")
 """Links whose frame is turned against their guide: as vectors they would have another one."""
@@ -104,6 +104,14 @@ def test_loops_are_independent_and_short() -> None:
     eight = {"a": ("0", "1"), "b": ("1", "0"), "c": ("1", "2"), "d": ("2", "1")}
     whole = joined(shortest_cycles(eight, "0"), eight)
     assert sorted(len(cycle) for cycle in whole) == [2, 4]
+    # three that meet in a row, the one between the others found last
+    row = {"a": ("0", "1"), "b": ("1", "0"), "c": ("2", "3"), "d": ("3", "2"),
+           "e": ("1", "4"), "f": ("4", "2"), "g": ("2", "1")}  # fmt: skip
+    short = shortest_cycles(row, "0")
+    assert [len(cycle) for cycle in short] == [2, 2, 3]
+    loops = {str(k): [n if way else f"-{n}" for n, way in cycle]
+             for k, cycle in enumerate(joined(short, row))}  # fmt: skip
+    assert len(set(nodes_of(list(row), loops).values())) == 5
 
 
 def test_what_is_no_loop_is_said() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tomllib
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -125,3 +126,44 @@ def check_same(problem: md.Problem) -> int:
 def bodies_of(rng: np.random.Generator, count: int) -> md.Problem:
     """Return a random mechanism as bodies and joints."""
     return planar(random_loops(rng, count).problem(), loops=False)
+
+
+def loaded(turned: bool) -> md.Problem:
+    """Return a four-bar with loads between links and outputs, its last pin one way or the other."""
+    base = md.load("four-bar-crank-rocker").mechanism
+    last = base.joints["D"]
+    if turned:
+        last = md.Revolute("D", last.second, last.first)
+    loads = [
+        md.Resistance("work", "rocker.angle", negative=4.0, positive=7.0),
+        md.Spring("pull", between=("ground.D", "coupler.P"), stiffness=300.0, free_length=0.05),
+        md.Spring("twist", coordinate="rocker.angle", stiffness=2.0, free_length=0.4, preload=0.3),
+        md.TableLoad("push", coordinate="rocker.angle", rows=((-3.0, 1.0), (3.0, 2.5)),
+                     along="rocker.angle"),
+    ]  # fmt: skip
+    mechanism = replace(
+        base, joints={**base.joints, "D": last}, loads={load.name: load for load in loads},
+        outputs={"lean": "2*rocker.angle - coupler.angle", "x": "coupler.P.x + 3*coupler.P.y"},
+    )  # fmt: skip
+    cycle = md.Reactions(driver=md.Driver("crank.angle", from_=0.2, to=6.4), poses=25)
+    return md.Problem(mechanism, {"cycle": cycle})
+
+
+def work_gap(turned: bool) -> float:
+    """Return by how much inversions of a loaded four-bar differ in effort and outputs."""
+    found = list(md.variants(loaded(turned), "inversion"))
+    assert [variant.about["fixed"] for variant in found] == ["ground", "crank", "coupler", "rocker"]
+    first = md.solve(again(found[0]), "cycle")
+    known = first.efforts["crank.angle"]
+    assert np.ptp(known) > 4
+    worst = 0.0
+    for variant in found[1:]:
+        assert variant.left_out == ()
+        result = md.solve(again(variant), "cycle")
+        (effort,) = result.efforts.values()
+        # virtual work of the same relative motion
+        worst = max(worst, float(np.abs(effort - known).max() / np.abs(known).max()))
+        lean, x = (result.outputs[w].value - first.outputs[w].value for w in ("lean", "x"))
+        lean = lean - 2 * np.pi * np.round(lean / (2 * np.pi))
+        worst = max(worst, float(np.abs(lean).max()), float(np.abs(x).max()))
+    return worst

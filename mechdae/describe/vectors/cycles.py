@@ -57,19 +57,25 @@ def joined(cycles: list[Cycle], edges: Mapping[str, tuple[str, str]]) -> list[Cy
     A cycle that shares no edge with those before it is replaced by its sum with one that it meets.
     """
     found: list[Cycle] = []
-    for cycle in cycles:
-        known = {name for other in found for name, _ in other}
-        if found and not known & {name for name, _ in cycle}:
-            starts = {_starts(cycle, edges)[k]: k for k in range(len(cycle))}
-            for other in found:
-                places = _starts(other, edges)
-                k = next((k for k, vertex in enumerate(places) if vertex in starts), None)
-                if k is not None:
-                    at = starts[places[k]]
-                    cycle = [*other[k:], *other[:k], *cycle[at:], *cycle[:at]]
-                    break
-        found.append(cycle)
+    left = list(cycles)
+    while left:
+        vertices = {vertex for cycle in found for vertex in _starts(cycle, edges)}
+        near = (k for k, cycle in enumerate(left) if vertices & {*_starts(cycle, edges)})
+        found.append(_passed_with(found, left.pop(next(near, 0)), edges))
     return found
+
+
+def _passed_with(found: list[Cycle], cycle: Cycle, edges: Mapping[str, tuple[str, str]]) -> Cycle:
+    """Return a cycle, with the first that it meets where it shares no edge with any."""
+    if {name for other in found for name, _ in other} & {name for name, _ in cycle}:
+        return cycle
+    starts = {vertex: k for k, vertex in enumerate(_starts(cycle, edges))}
+    for other in found:
+        for k, vertex in enumerate(_starts(other, edges)):
+            if vertex in starts:
+                at = starts[vertex]
+                return [*other[k:], *other[:k], *cycle[at:], *cycle[:at]]
+    return cycle
 
 
 def _starts(cycle: Cycle, edges: Mapping[str, tuple[str, str]]) -> list[str]:

@@ -1,0 +1,79 @@
+"""Slips planted in vector loops, orders and fixed links, seen by efforts, poses and closure."""
+
+from __future__ import annotations
+
+import numpy as np
+
+import mechdae as md
+from mechdae.describe.vectors.cycles import joined, shortest_cycles
+from tests.shared.loop_checks import check_closed, check_same, work_gap
+from tests.shared.planting import Slip
+from tests.shared.vector_loops import nodes_of
+
+ORDERS, LOOPS = "chains/test_loop_orders.py::", "describe/test_loops_of.py::"
+WORK = f"{ORDERS}test_loads_between_links_do_the_same_work_whatever_is_fixed"
+SAME = f"{LOOPS}test_loops_have_the_numbers_of_the_bodies"
+SHORT = f"{LOOPS}test_loops_are_independent_and_short"
+GUIDED = f"{ORDERS}test_a_link_that_keeps_its_direction_has_a_guide"
+ALL_ORDERS = f"{ORDERS}test_orders_of_the_seven_link_mechanism"
+
+
+def fixed() -> float:
+    """Loads between links take the same effort whatever is fixed."""
+    try:
+        return work_gap(True) / 1e-9
+    except (AssertionError, md.MechdaeError, ValueError):
+        return np.inf
+
+
+def loops() -> float:
+    """Mechanisms as loops have the poses of their bodies."""
+    try:
+        for name in ("gorshkov-seven-link", "whitworth-quick-return", "scotch-yoke", "peaucellier",
+                     "toggle-clamp"):  # fmt: skip
+            check_same(md.load(name))
+    except (AssertionError, md.MechdaeError, ValueError, KeyError):
+        return np.inf
+    return 0.0
+
+
+def in_a_row() -> float:
+    """Three loops that meet in a row are tied at both vertices."""
+    row = {"a": ("0", "1"), "b": ("1", "0"), "c": ("2", "3"), "d": ("3", "2"),
+           "e": ("1", "4"), "f": ("4", "2"), "g": ("2", "1")}  # fmt: skip
+    found = joined(shortest_cycles(row, "0"), row)
+    entries = {str(k): [name if way else f"-{name}" for name, way in cycle]
+               for k, cycle in enumerate(found)}  # fmt: skip
+    return float(abs(len(set(nodes_of(list(row), entries).values())) - 5))
+
+
+def orders() -> float:
+    """Twelve orders of the seven-link mechanism assemble, and their vectors meet."""
+    try:
+        found = [v for v in md.variants("seven-link-loops", "order") if not v.fault]
+        for variant in found[:4]:
+            check_closed(variant, "window")
+    except (AssertionError, md.MechdaeError, ValueError):
+        return np.inf
+    return float(abs(len(found) - 12))
+
+
+HOME = "describe.vectors"
+SLIPS = [
+    Slip(f"{HOME}.translation", "load.positive, \"positive\": load.negative",
+         "load.negative, \"positive\": load.positive", fixed, WORK),
+    Slip(f"{HOME}.translation", "negative(load.free_length)", "load.free_length", fixed, WORK),
+    Slip(f"{HOME}.translation", "0.0 - abscissa", "abscissa", fixed, WORK),
+    Slip(f"{HOME}.translation", "between[second, first]}.angle\", -1",
+         "between[second, first]}.angle\", 1", fixed, WORK),
+    Slip(f"{HOME}.translation", "{cosine} - ({off[0]})", "{cosine} + ({off[0]})", fixed, WORK),
+    Slip(f"{HOME}.cycles", "(edge, not way)", "(edge, way)", loops, SAME),
+    Slip(f"{HOME}.cycles", "vertices & {*_starts(cycle, edges)}", "vertices - vertices",
+         in_a_row, SHORT),
+    Slip(f"{HOME}.expand", "j.first in ends and j.second in ends", "j.first or ends", loops, SAME),
+    Slip(f"{HOME}.expand", "axis=math.pi / 2", "axis=0.0", orders, GUIDED),
+    Slip(f"{HOME}.loops_of", "for point in self._used if point[0] == body]",
+         "for point in self._used]", loops, SAME),
+    Slip("parts.types.chains.variants.orders", "angles[body] + evaluate(turn, known)",
+         "angles[body] + 1.5 + evaluate(turn, known)", orders, ALL_ORDERS),
+]  # fmt: skip
