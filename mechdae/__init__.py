@@ -117,9 +117,9 @@ def _finer(result: object, parts: int) -> Any:
     return importlib.import_module("mechdae.tasks.dispatch.finer").finer(result, parts)
 
 
-def _for_picture(*asked: object) -> Any:
+def _for_picture(*arguments: object) -> Any:
     """Return the result of a task as a picture needs it, for pictures of problems."""
-    return importlib.import_module("mechdae.tasks.pictures").for_picture(*asked)
+    return importlib.import_module("mechdae.tasks.pictures").for_picture(*arguments)
 
 
 def _with_sketch(problem: object) -> Any:

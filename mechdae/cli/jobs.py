@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from mechdae.cli import message
-from mechdae.cli.options import columns_asked
+from mechdae.cli.options import column_names
 
 if TYPE_CHECKING:
     from mechdae.describe.file.problem import Problem
@@ -32,7 +32,7 @@ def reported(result: Result, options: argparse.Namespace) -> int:
     if options.json:
         print(json_text([result]))
     else:
-        columns = columns_asked(options) if getattr(options, "columns", None) else None
+        columns = column_names(options) if getattr(options, "columns", None) else None
         print(table(result, sys.stdout.isatty(), columns), end="")
     for note in result.summary.get("notes", []):
         message(f"mechdae: note: {note}", options.quiet)

@@ -59,7 +59,7 @@ def columns_argument(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def columns_asked(options: argparse.Namespace) -> list[str]:
+def column_names(options: argparse.Namespace) -> list[str]:
     """Return the names of ``--columns``."""
     return [name.strip() for name in options.columns.split(",")]
 

@@ -108,8 +108,8 @@ def coordinate(mechanism: Mechanism, text: str) -> NamedCoordinate:
     raise import_module(NAMES).no_coordinate(mechanism, text)
 
 
-def coordinate_of_key(mechanism: Mechanism, name: str) -> NamedCoordinate:
-    """Return what a key of the sketch means, also a body's angle or a joint's usual coordinate."""
+def named_coordinate(mechanism: Mechanism, name: str) -> NamedCoordinate:
+    """Return the coordinate of that name; a body means its angle, a joint its usual coordinate."""
     if name in mechanism.bodies:
         name = f"{name}.angle"
     elif name in mechanism.joints:

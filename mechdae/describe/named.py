@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from mechdae.describe.coordinate_names import coordinate_names
-from mechdae.describe.coordinates import RATES, NamedCoordinate, coordinate, split_rate
+from mechdae.describe.coordinates import RATES, coordinate, named_coordinate, split_rate
 from mechdae.describe.expression import names_in
 from mechdae.describe.mechanism import Mechanism
 from mechdae.describe.values import NAME, NAME_RULE
@@ -27,15 +27,6 @@ COMPONENTS = {
 
 FORCES = {"effort": "N", "power": "W", "normal": "N", "loss": "W"}
 """Last words of forces beside reactions: of coordinates that are driven, then of joints."""
-
-
-def named_coordinate(mechanism: Mechanism, name: str) -> NamedCoordinate:
-    """Return the coordinate of that name; a body stands for its angle, a joint for its slide."""
-    if name in mechanism.bodies:
-        name = f"{name}.angle"
-    elif name in mechanism.joints:
-        name = f"{name}.{mechanism.joints[name].usual}"
-    return coordinate(mechanism, name)
 
 
 def force_of(mechanism: Mechanism, name: str) -> tuple[str, str, str] | None:

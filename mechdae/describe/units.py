@@ -308,8 +308,8 @@ def units_of(text: str | Sequence[str] = (), written: str = "") -> Units:
 
 
 @cache
-def _units(asked: tuple[str, ...], written: str) -> Units:
-    chosen = _chosen(asked)
+def _units(names: tuple[str, ...], written: str) -> Units:
+    chosen = _chosen(names)
     skipped = {*chosen, "rad/s"} if "rad" in chosen else {*chosen}
     words = [name.strip() for name in written.split(",")] if written else []
     for quantity, unit in _chosen(words).items():
@@ -325,7 +325,7 @@ def _units(asked: tuple[str, ...], written: str) -> Units:
     speed = by_si.get("rad/s", ShownUnit(""))
     if speed.name[-2:] == "/s" and speed.name != "turns/s":
         by_si |= {f"rad/s{n}": ShownUnit(f"{speed.name}{n}", speed.factor) for n in (2, 3)}
-    return Units(asked, MappingProxyType(by_si), written)
+    return Units(names, MappingProxyType(by_si), written)
 
 
 def _chosen(words: Sequence[str]) -> dict[str, tuple[str, Fraction, bool]]:

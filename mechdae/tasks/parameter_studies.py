@@ -87,15 +87,16 @@ def study(
     whole, named = given(problem, None if isinstance(task, Study) else task, set)
     if task is None and named is not None and not isinstance(whole.task(named), Study):
         named, of = None, of or named  # a result whose task is repeated
-    name, own = _study(whole, value or named, sets is not None or vary is not None)
+    name, study_task = _study(whole, value or named, sets is not None or vary is not None)
     if vary is not None:
-        own = replace(own, vary=vary, samples=None)
+        study_task = replace(study_task, vary=vary, samples=None)
     elif sets is not None:
-        own = replace(own, vary=None, samples=None)
-    changes = {"of": of, "outputs": None if outputs is None else tuple(outputs), "certify": certify}
-    own = replace(own, **{key: value for key, value in changes.items() if value is not None})  # type: ignore[arg-type]
-    if dict(whole.tasks).get(name) != own:
-        whole = whole.with_task(name, own)
+        study_task = replace(study_task, vary=None, samples=None)
+    chosen = {"of": of, "outputs": None if outputs is None else tuple(outputs), "certify": certify}
+    changes: Json = {key: value for key, value in chosen.items() if value is not None}
+    study_task = replace(study_task, **changes)
+    if dict(whole.tasks).get(name) != study_task:
+        whole = whole.with_task(name, study_task)
     options: Json = {"workers": workers, "progress": progress, "given": sets}
     found = solve(whole, name, executor=executor, out=out, **options).in_units(units)
     return cast("StudyResult", found)

@@ -93,6 +93,15 @@ def test_rings_of_seven_hinges_are_proven(monkeypatch) -> None:
             assert np.abs(places - own).max(axis=(1, 2)).min() < 1e-8
 
 
+def farthest(found: Any, searched: Any) -> float:
+    """Return how far from poses that were found those that were searched are, by exp(i theta)."""
+    ours, theirs = (
+        np.exp(1j * np.stack([result.joints[f"J{k}"].angle for k in range(1, 7)], axis=1))
+        for result in (found, searched)
+    )
+    return float(np.abs(ours[:, None] - theirs).max(axis=2).min(axis=0).max())
+
+
 def without_paths(question: str) -> list[Any]:
     """Return what finds whole groups, but not by paths."""
     return of_cases(question) if question == "finders" else []
@@ -108,11 +117,7 @@ def test_an_arm_with_a_wrist_is_proven_and_the_search_finds_no_others(
     monkeypatch.setattr(group_search, "of_cases", without_paths)
     searched = md.solve("six-axis-arm", "modes")
     assert searched.summary["count"] == 8
-    ours, theirs = (
-        np.exp(1j * np.stack([own.joints[f"J{k}"].angle for k in range(1, 7)], axis=1))
-        for own in (found, searched)
-    )
-    assert np.abs(ours[:, None] - theirs).max(axis=2).min(axis=0).max() < 1e-9
+    assert farthest(found, searched) < 1e-9
 
 
 def test_arms_with_parallel_axes_and_no_wrist_are_proven(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -128,11 +133,7 @@ def test_arms_with_parallel_axes_and_no_wrist_are_proven(monkeypatch: pytest.Mon
     monkeypatch.setattr(group_search, "of_cases", without_paths)
     searched = md.solve(problem, "modes")
     assert searched.summary["basis"].endswith("search from many starts")
-    ours, theirs = (
-        np.exp(1j * np.stack([own.joints[f"J{k}"].angle for k in range(1, 7)], axis=1))
-        for own in (found, searched)
-    )
-    assert np.abs(ours[:, None] - theirs).max(axis=2).min(axis=0).max() < 1e-9
+    assert farthest(found, searched) < 1e-9
 
 
 def test_an_arm_with_three_parallel_axes_is_proven(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -153,8 +154,4 @@ def test_an_arm_with_three_parallel_axes_is_proven(monkeypatch: pytest.MonkeyPat
     assert "three axes are parallel: 8 complex poses" in found.summary["basis"]
     monkeypatch.setattr(group_search, "of_cases", without_paths)
     searched = md.solve(problem, "modes")
-    ours, theirs = (
-        np.exp(1j * np.stack([own.joints[f"J{k}"].angle for k in range(1, 7)], axis=1))
-        for own in (found, searched)
-    )
-    assert np.abs(ours[:, None] - theirs).max(axis=2).min(axis=0).max() < 1e-9
+    assert farthest(found, searched) < 1e-9

@@ -153,8 +153,8 @@ def test_speeds_are_shown_in_the_rounder_unit(speed: float, shown: tuple[float, 
 @pytest.mark.parametrize(("lang", "unit"), [("en", "rpm"), ("ru", "об/мин")])
 def test_a_speed_in_turns_a_minute_is_one_on_the_sheet(lang: str, unit: str) -> None:
     problem = md.load("slider-crank-friction").with_values({"omega": 75 * np.pi / 30})
-    (own,) = md.assign(problem, vary={"r_mm": (80, 120)}, count=1, lang=lang)
-    text = own.sheet.html()
+    (assignment,) = md.assign(problem, vary={"r_mm": (80, 120)}, count=1, lang=lang)
+    text = assignment.sheet.html()
     assert f"75 {unit}" in text
     assert "7.853" not in text
     assert "7,853" not in text

@@ -230,7 +230,7 @@ def test_every_key_is_described_with_its_unit() -> None:
             front += rule.get(word, [])
     assert not bare
     joints = spelled_out(printed()["properties"]["joints"])["additionalProperties"]["oneOf"]
-    hinge = next(own for own in joints if own["properties"]["kind"] == {"const": "revolute"})
+    hinge = next(joint for joint in joints if joint["properties"]["kind"] == {"const": "revolute"})
     assert {"between", "friction", "pin_radius", "pin_radius_mm"} <= set(hinge["properties"])
     assert hinge["properties"]["pin_radius_mm"]["description"].endswith("[m]")
     assert hinge["properties"]["pin_radius_mm"]["examples"] == ["2*r"]

@@ -219,7 +219,7 @@ def test_a_delta_robot_holds_its_platform() -> None:
     bodies["platform"] = replace(platform, mass=0.5, center=(0, 0, 0), inertia=(5e-4, 5e-4, 5e-4))
     mechanism = replace(problem.mechanism, bodies=Table(bodies), gravity=(0.0, 0.0, -9.81))
     whole = motion_of(replace(problem, mechanism=mechanism), None)
-    size = max(float(np.abs(own.position).max()) for own in whole.result.points.values())
+    size = max(float(np.abs(point.position).max()) for point in whole.result.points.values())
     worst, forces, ends = held(mjcf(whole)[""], 3.0, size)
     assert worst / size <= GAP
     drivers = [md.Driver(name, at=[value]) for name, value in ends.items()]

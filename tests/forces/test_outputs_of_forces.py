@@ -225,7 +225,7 @@ def test_bad_searches(find, hint: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("output", "told"),
+    ("output", "message"),
     [
         ("rocker.power", "rocker.angle is not driven here"),
         ("crank.effort", "tasks of kind reactions and motion that drive crank.angle give"),
@@ -233,14 +233,14 @@ def test_bad_searches(find, hint: str) -> None:
         ("A.loss", "tasks of kind reactions give"),
     ],
 )
-def test_outputs_say_which_tasks_give_them(output: str, told: str) -> None:
+def test_outputs_say_which_tasks_give_them(output: str, message: str) -> None:
     problem = md.load("four-bar-motor")
     mechanism = replace(problem.mechanism, outputs={"F": output})
     task = md.Reactions(driver=md.Driver(**CRANK), outputs=("F",))
-    if "driven" not in told:
+    if "driven" not in message:
         assert not md.solve(mechanism, task).fault
         task = md.Sweep(driver=md.Driver(**CRANK), outputs=("F",))
-    with pytest.raises(md.InputError, match=told):
+    with pytest.raises(md.InputError, match=message):
         md.solve(mechanism, task)
 
 

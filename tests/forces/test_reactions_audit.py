@@ -117,24 +117,24 @@ FORCES = [  # of the plane; those of space are compared with free bodies in test
 
 @pytest.mark.parametrize(("name", "task"), FORCES)
 def test_books_of_predefined_problems_with_forces(name: str, task: str) -> None:
-    """Their own loads and friction, at nine poses apart from changes of direction."""
+    """Their reactions loads and friction, at nine poses apart from changes of direction."""
     problem = md.load(name)
-    own = problem.tasks[task]
-    driver = in_motion(own.driver)
+    reactions = problem.tasks[task]
+    driver = in_motion(reactions.driver)
     if driver.at is None:
         low, high = (problem.mechanism.values().get(x, x) for x in (driver.from_, driver.to))
         share = (np.arange(9) + 0.37) / 9
         driver = replace(driver, from_=None, to=None, at=tuple(low + (high - low) * share))
-    own = replace(own, driver=driver, poses=None, cycle=False, outputs=None, find=(),
+    reactions = replace(reactions, driver=driver, poses=None, cycle=False, outputs=None, find=(),
                   direction="driver")  # fmt: skip
-    result = md.solve(problem, own)
+    result = md.solve(problem, reactions)
     ok = [k for k, status in enumerate(result.status) if status in ("ok", "ambiguous")]
     if not ok:
         assert set(result.status) == {"jammed"}
         return
-    balance, laws = audit(problem.mechanism, only_poses(result, ok), own.friction_radius)
+    balance, laws = audit(problem.mechanism, only_poses(result, ok), reactions.friction_radius)
     assert balance <= BALANCE
-    assert own.friction != "coupled" or laws <= BALANCE
+    assert reactions.friction != "coupled" or laws <= BALANCE
 
 
 # -- the audit itself ------------------------------------------------------------------------------

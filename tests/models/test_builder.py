@@ -79,7 +79,7 @@ def test_a_cylinder_between_two_points_finds_its_pressure() -> None:
 
 
 @pytest.mark.parametrize(
-    ("call", "told"),
+    ("call", "message"),
     [
         (lambda m: m.pin("A", "ground", "crnk", at=(0, 0)), "unknown body 'crnk'"),
         (lambda m: m.pin("A", "ground", "crank"), "joint A has no place"),
@@ -92,9 +92,9 @@ def test_a_cylinder_between_two_points_finds_its_pressure() -> None:
         (lambda m: m.joint(md.Distance("d", "ground.O", "crank.B", 1.0)), "ground.O has no place"),
     ],
 )
-def test_bad_calls(call, told: str) -> None:
+def test_bad_calls(call, message: str) -> None:
     m = md.build(units="mm").body("crank", B=(30, 40))
-    with pytest.raises(md.InputError, match=re.escape(told)):
+    with pytest.raises(md.InputError, match=re.escape(message)):
         call(m)
 
 

@@ -52,23 +52,23 @@ def test_four_bars_go_as_far_as_they_assemble(seed: int) -> None:
 def bounds(call) -> dict[str, tuple[str, float]]:
     with pytest.raises(md.InputError, match="assemble at no value") as refused:
         call()
-    told = re.findall(r"(\w+) (at least|at most) ([0-9.e+-]+) mm", refused.value.hint)
-    return {name: (word, float(value)) for name, word, value in told}
+    limits = re.findall(r"(\w+) (at least|at most) ([0-9.e+-]+) mm", refused.value.hint)
+    return {name: (word, float(value)) for name, word, value in limits}
 
 
-def test_impossible_four_bars_are_told_the_bound() -> None:
+def test_the_bound_of_impossible_four_bars_is_named() -> None:
     assert bounds(lambda: md.four_bar(300, 40, 120, 80, units="mm")) == {
         "ground": ("at most", 240), "crank": ("at least", 100),
         "coupler": ("at least", 180), "rocker": ("at least", 140),
     }  # fmt: skip
 
 
-def test_an_impossible_slider_crank_is_told_the_bound() -> None:
+def test_the_bound_of_an_impossible_slider_crank_is_named() -> None:
     assert bounds(lambda: md.slider_crank(40, 12, 80, units="mm"))["rod"] == ("at least", 40)
 
 
 @pytest.mark.slow
-def test_impossible_second_loops_are_told_the_bound() -> None:
+def test_the_bound_of_impossible_second_loops_is_named() -> None:
     assert bounds(lambda: md.four_bar(100, 40, 320, 80, units="mm"))["coupler"] == ("at most", 220)
     robot = bounds(lambda: md.five_bar(2000, 200, 300, 300, 200, units="mm"))
     assert robot["ground"] == ("at most", 1000)
@@ -83,8 +83,8 @@ def test_impossible_second_loops_are_told_the_bound() -> None:
         x = bx + ex * np.cos(coupler) - ey * np.sin(coupler)
         y = by + ex * np.sin(coupler) + ey * np.cos(coupler)
         least = min(least, np.hypot(x - gx, y - gy).min())
-    told = bounds(lambda: md.stephenson(*STEPHENSON, 8, 8, units="mm"))
-    assert told["link"] == ("at least", pytest.approx(least - 8, rel=1e-5))
+    limits = bounds(lambda: md.stephenson(*STEPHENSON, 8, 8, units="mm"))
+    assert limits["link"] == ("at least", pytest.approx(least - 8, rel=1e-5))
 
 
 @pytest.mark.parametrize(
@@ -112,7 +112,7 @@ def test_every_factory_gives_its_task(factory, sizes) -> None:
     assert md.solve(problem, "modes").summary["count"] > 0
 
 
-def test_a_cylinder_has_forces_where_they_are_asked_for() -> None:
+def test_a_cylinder_with_a_load_has_forces() -> None:
     problem = md.cylinder(400, 0, 300, 280, 480, units="mm,kN", bore=50, F=2)
     result = md.solve(problem)
     slide = result.drivers["cyl.slide"].position
@@ -125,7 +125,7 @@ def test_a_cylinder_has_forces_where_they_are_asked_for() -> None:
 
 
 @pytest.mark.parametrize(
-    ("change", "told"),
+    ("change", "message"),
     [
         ({"px_cm": 3}, "lengths and their rates in two units in one call: px_cm"),
         ({"units": "mm,cm"}, "mm and cm are both units of lengths"),
@@ -135,13 +135,13 @@ def test_a_cylinder_has_forces_where_they_are_asked_for() -> None:
         ({"omga": 3}, "did you mean omega"),
     ],
 )
-def test_bad_calls(change, told: str) -> None:
+def test_bad_calls(change, message: str) -> None:
     call = {"ground": 10, "crank": 4, "coupler": 12, "rocker": 8, "units": "mm"} | change
-    with pytest.raises(md.InputError, match=re.escape(told)):
+    with pytest.raises(md.InputError, match=re.escape(message)):
         md.four_bar(**call)
 
 
-def test_speeds_may_have_a_unit_of_their_own() -> None:
+def test_speeds_may_have_another_unit() -> None:
     problem = md.four_bar(10, 4, 12, 8, units="mm,deg", omega_rpm=60)
     assert problem.mechanism.parameters["omega"] == pytest.approx(2 * math.pi)
 

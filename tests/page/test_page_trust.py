@@ -69,6 +69,6 @@ def test_mistakes_are_seen(page, share, player):
     made = drawn(page) if isinstance(page, int) else md.page(page)
     count = len(places_of(tables_of(made.html)))
     assert count >= 6
-    asked = "return session.trusted"
-    believed = [k for k in range(count) if player.asks(made, asked, spoilt(made, k, share))]
+    question = "return session.trusted"
+    believed = [k for k in range(count) if player.asks(made, question, spoilt(made, k, share))]
     assert believed == []

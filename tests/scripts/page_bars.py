@@ -158,7 +158,7 @@ class Visit:
 
         def spent() -> dict[str, float]:
             found = session.send("Performance.getMetrics")["metrics"]
-            return {own["name"]: 1000 * own["value"] for own in found}
+            return {entry["name"]: 1000 * entry["value"] for entry in found}
 
         play = page.locator("#drive button").first
         play.click()
@@ -226,27 +226,29 @@ def edited(browser: Any, folder: Path, axe: str | None, pictures: Path | None) -
 
 def summed(table: dict[str, Any], version: str) -> dict[str, Any]:
     """Return the figures of all pages."""
-    live = [own for own in table.values() if own.get("live")]
-    small = [own for own in live if own.get("links", SMALL_LINKS + 1) <= SMALL_LINKS]
-    changed = [own["change_ms"] for own in live if own["change_ms"] is not None]
+    live = [entry for entry in table.values() if entry.get("live")]
+    small = [entry for entry in live if entry.get("links", SMALL_LINKS + 1) <= SMALL_LINKS]
+    changed = [entry["change_ms"] for entry in live if entry["change_ms"] is not None]
     return {
         "browser": version,
         "load": round(os.getloadavg()[2], 1),
         "pages": len(table),
         "live": len(live),
-        "largest_bytes": max(own["bytes"] for own in table.values()),
-        "median_bytes": statistics.median(own["bytes"] for own in live),
-        "median_interactive_ms": statistics.median(own["interactive_ms"] for own in live),
+        "largest_bytes": max(entry["bytes"] for entry in table.values()),
+        "median_bytes": statistics.median(entry["bytes"] for entry in live),
+        "median_interactive_ms": statistics.median(entry["interactive_ms"] for entry in live),
         "median_change_ms": statistics.median(changed),
-        "median_frames": statistics.median(own["frames"] for own in live),
+        "median_frames": statistics.median(entry["frames"] for entry in live),
         "small": len(small),
         "small_frame_ms": [round(of([p["frame_ms"] for p in small]), 1) for of in MIDDLE_AND_MOST],
-        "small_played": statistics.median(own["played"] for own in small),
-        "letters": round(statistics.mean(own["letters"] or 0.0 for own in live), 4),
-        "said": sum(len(own["said"]) for own in table.values()),
-        "too_wide": [n for n, own in table.items() if own["too_wide_320"] or own["too_wide_390"]],
-        "too_small": sorted({text for own in table.values() for text in own["small"]}),
-        "axe": sum(len(ids) for own in table.values() for ids in own.get("axe", {}).values()),
+        "small_played": statistics.median(entry["played"] for entry in small),
+        "letters": round(statistics.mean(entry["letters"] or 0.0 for entry in live), 4),
+        "said": sum(len(entry["said"]) for entry in table.values()),
+        "too_wide": [
+            n for n, entry in table.items() if entry["too_wide_320"] or entry["too_wide_390"]
+        ],
+        "too_small": sorted({text for entry in table.values() for text in entry["small"]}),
+        "axe": sum(len(ids) for entry in table.values() for ids in entry.get("axe", {}).values()),
     }
 
 

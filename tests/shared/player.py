@@ -21,11 +21,11 @@ import {{ scriptOf }} from "{compile}";
 for await (const line of createInterface({{ input: process.stdin }})) {{
   let answer;
   try {{
-    const {{ data, tables, words, asked }} = JSON.parse(line);
+    const {{ data, tables, words, question }} = JSON.parse(line);
     globalThis.WORDS = words;
     const K = new Function("return " + scriptOf(tables))();
     const session = new Session(data, K);
-    answer = {{ found: new Function("session", "data", asked)(session, data) }};
+    answer = {{ found: new Function("session", "data", question)(session, data) }};
   }} catch (error) {{
     answer = {{ error: String(error.stack || error) }};
   }}
@@ -64,7 +64,7 @@ class Player:
         self.process.wait(10)
         self.process.stdout.close()
 
-    def asks(self, page: md.Page, asked: str, tables: Any = None) -> Any:
+    def asks(self, page: md.Page, question: str, tables: Any = None) -> Any:
         """Return what the function returns, as JSON knows it: NaN and infinities are None.
 
         ``tables`` take the place of those of the page's kernels.
@@ -73,8 +73,8 @@ class Player:
         assert self.process.stdout is not None
         words = link.words_of(page.data["lang"])
         tables = tables or tables_of(page.html)
-        told = {"data": dict(page.data), "tables": tables, "words": words, "asked": asked}
-        line = json.dumps(told)
+        message = {"data": dict(page.data), "tables": tables, "words": words, "question": question}
+        line = json.dumps(message)
         self.process.stdin.write(line + "\n")
         self.process.stdin.flush()
         answer = json.loads(self.process.stdout.readline())

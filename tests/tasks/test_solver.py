@@ -268,11 +268,11 @@ def test_memory_is_flat() -> None:
 
 def test_functions_are_made_once() -> None:
     name = "four-bar-crank-rocker"
-    asked = {"inputs": ["crank.angle", "b"], "outputs": ["points/coupler.P/position"]}
-    first = md.function(name, **asked)
-    assert md.function(name, **asked) is first
+    arguments = {"inputs": ["crank.angle", "b"], "outputs": ["points/coupler.P/position"]}
+    first = md.function(name, **arguments)
+    assert md.function(name, **arguments) is first
     other = md.load("four-bar-crank-rocker").with_values({"a": 0.041})
-    assert md.function(other, **asked) is not first
+    assert md.function(other, **arguments) is not first
 
 
 def test_kernels_of_forces_count() -> None:

@@ -8,8 +8,8 @@ from pathlib import Path
 
 from mechdae.cli import message
 from mechdae.cli.options import (
+    column_names,
     columns_argument,
-    columns_asked,
     problem_arguments,
     problem_of,
     units_argument,
@@ -84,7 +84,7 @@ def run(options: argparse.Namespace) -> int:
             clear(show)
         results.append(result)
         if not options.json:
-            columns = columns_asked(options) if options.columns else None
+            columns = column_names(options) if options.columns else None
             print(table(result, sys.stdout.isatty(), columns))
         for note in result.summary.get("notes", []):
             if any(note.split(" is in")[0] in known for known in problem.notes):

@@ -10,13 +10,14 @@ from mechdae.describe.coordinates import (
     RATES,
     NamedCoordinate,
     coordinate,
+    named_coordinate,
     selection,
     split_rate,
 )
 from mechdae.describe.expression import evaluate, names_in, unknown_name
 from mechdae.describe.file.reading import Nested, nest
 from mechdae.describe.mechanism import Mechanism
-from mechdae.describe.named import check_expression, named_coordinate
+from mechdae.describe.named import check_expression
 from mechdae.describe.tasks.kinds import Driver, Task
 from mechdae.describe.values import Number, Value
 from mechdae.errors import InputError, MechdaeError

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import field, fields, replace
 from functools import cached_property
 
@@ -19,7 +19,7 @@ from mechdae.describe.vectors.cycles import joined, shortest_cycles
 from mechdae.describe.vectors.expand import FRICTION, from_loops, slide_of
 from mechdae.describe.vectors.nodes import HEAD, TAIL, Merged, in_order, meeting
 from mechdae.describe.vectors.numbers import add, less, negative
-from mechdae.describe.vectors.translation import Translation
+from mechdae.describe.vectors.translation import Translation, new_point, renamed
 from mechdae.describe.vectors.values import Node, Vector
 from mechdae.errors import InputError, MechdaeError, UnavailableError
 from mechdae.records import dataclass, public
@@ -129,8 +129,9 @@ class Written:
         ground = mechanism.ground
         if not any(v.body == GROUND for v in self.vectors.values()):
             ground = replace(ground, points=self._rest(GROUND, (0.0, 0.0)))
-        joints = [_renamed(joint, self.point_name) for name, joint in mechanism.joints.items()
-                  if name not in self.joints or self._apart(joint)]  # fmt: skip
+        rest = [joint for name, joint in mechanism.joints.items()
+                if name not in self.joints or self._apart(joint)]  # fmt: skip
+        joints = [renamed(joint, self.called, self.points) for joint in rest]
         made = from_loops(
             self.vectors,
             self.loops,
@@ -366,8 +367,7 @@ class Written:
 
     def point_name(self, text: str) -> str:
         """Return what a point ``body.point`` is called."""
-        body, _, point = text.partition(".")
-        return self.points.get(text, f"{self.called.get(body, body)}.{point}")
+        return new_point(text, self.called, self.points)
 
     def _bound(self, body: Body | Ground) -> bool:
         """Return whether vectors run between points of a body as it is, or none does."""
@@ -396,10 +396,10 @@ class Written:
         old, new = direction.bodies[body], direction.bodies[next(iter(direction.bodies))]
         root = self.vectors.get(direction.root)
         if GROUND not in direction.bodies and (root is None or root.from_ is None):
-            own = name.removesuffix("_block")
-            joint = self.joints.get(own)
+            vector = name.removesuffix("_block")
+            joint = self.joints.get(vector)
             if joint is None:
-                new = add(old, self._polar(*self.ends[own])[1])
+                new = add(old, self._polar(*self.ends[vector])[1])
             else:
                 new = add(direction.bodies[joint.first_body], joint.axis)  # type: ignore[attr-defined]
         gap = self._value(less(new, old))
@@ -449,10 +449,6 @@ def _polar(x: Number, y: Number) -> tuple[Number, Number]:
     if isinstance(x, float) and isinstance(y, float):
         return math.hypot(x, y), math.atan2(y, x)
     return f"hypot({x}, {y})", f"atan2({y}, {x})"
-
-
-def _renamed(joint: Joint, name: Callable[[str], str]) -> Joint:
-    return replace(joint, first=name(joint.first), second=name(joint.second))
 
 
 def _sketch(mechanism: Mechanism, translation: Translation) -> dict[str, Number]:

@@ -10,6 +10,7 @@ import re
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import field, fields, replace
 from functools import cached_property
+from types import MappingProxyType
 
 from mechdae.describe.coordinates import RATES, coordinate, split_rate
 from mechdae.describe.expression import names_in
@@ -32,8 +33,27 @@ from mechdae.errors import InputError
 from mechdae.records import dataclass
 from mechdae.types import Json
 
+NOTHING: Mapping[str, str] = MappingProxyType({})
 Signed = tuple[str, int]
 """The name of a coordinate, and 1 or -1 where it has the other sign."""
+
+
+def new_point(text: str, called: Mapping[str, str], points: Mapping[str, str]) -> str:
+    """Return a point ``body.point``, or a coordinate of it, where links and points are renamed."""
+    body, _, rest = text.partition(".")
+    end = ".".join(text.split(".")[:2])
+    return points[end] + text[len(end) :] if end in points else f"{called.get(body, body)}.{rest}"
+
+
+def renamed(joint: Joint, called: Mapping[str, str], points: Mapping[str, str] = NOTHING) -> Joint:
+    """Return a joint between the same links where these and their points are renamed."""
+    changes: Json = {
+        side: new_point(getattr(joint, side), called, points) for side in ("first", "second")
+    }
+    if hasattr(joint, "carrier"):
+        carrier = called.get(joint.carrier or GROUND, joint.carrier)
+        changes["carrier"] = None if carrier == GROUND else carrier
+    return replace(joint, **changes)
 
 
 @dataclass(frozen=True)
@@ -64,11 +84,7 @@ class Translation:
 
     def point(self, text: str) -> str:
         """Return a point ``body.point`` under its new name."""
-        body, _, point = text.partition(".")
-        end = ".".join(text.split(".")[:2])
-        if end in self.points:
-            return self.points[end] + text[len(end) :]
-        return f"{self.link(body)}.{point}"
+        return new_point(text, self.called, self.points)
 
     def coordinate(self, text: str) -> Signed:
         """Return the coordinate that has the same values, and whether its sign is another.
@@ -236,7 +252,9 @@ class Translation:
         return self.base.bodies[body].points if body in self.base.bodies else {}
 
     def load(self, load: Load) -> Load:
-        """Return a load that does the same work.
+        """Return a load on the same links: between links it does the same work.
+
+        A force or a torque on a link keeps that link, a force the axes in which it was given.
 
         Raises
         ------

@@ -18,9 +18,9 @@ import casadi as ca
 import numpy as np
 
 from mechdae.describe.coordinate_kinds import KINDS, PLACE
-from mechdae.describe.coordinates import BALL, coordinate, selection
+from mechdae.describe.coordinates import BALL, coordinate, named_coordinate, selection
 from mechdae.describe.loads import Force, Torque
-from mechdae.describe.named import forces_of, named_coordinate
+from mechdae.describe.named import forces_of
 from mechdae.dynamics.equations import MotionProblem
 from mechdae.dynamics.output_values import over_states
 from mechdae.dynamics.rest.chart import Chart

@@ -11,7 +11,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from mechdae.describe.named import named_coordinate
+from mechdae.describe.coordinates import named_coordinate
 from mechdae.describe.tasks.motion import Equilibrium
 from mechdae.dynamics.equations import MotionProblem
 from mechdae.dynamics.rest.balance import NEUTRAL, EquilibriumEquations

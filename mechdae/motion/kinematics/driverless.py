@@ -12,10 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.describe.coordinates import NamedCoordinate, coordinate
+from mechdae.describe.coordinates import NamedCoordinate, coordinate, named_coordinate
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.mechanism import GROUND
-from mechdae.describe.named import named_coordinate
 from mechdae.describe.table import Table
 from mechdae.describe.tasks.kinds import Driven, Driver, Sweep
 from mechdae.describe.values import Number

@@ -12,7 +12,7 @@ import numpy as np
 
 from mechdae.additions import of_cases
 from mechdae.describe.coordinate_names import coordinate_names
-from mechdae.describe.coordinates import NamedCoordinate, coordinate, coordinate_of_key
+from mechdae.describe.coordinates import NamedCoordinate, coordinate, named_coordinate
 from mechdae.describe.drawn import drawn_value
 from mechdae.describe.expression import evaluate
 from mechdae.describe.mechanism import Mechanism
@@ -288,7 +288,7 @@ def sketched(mechanism: Mechanism) -> Sketch:
     for name, number in mechanism.sketch.items():
         try:
             value = evaluate(number, known)
-            found = coordinate_of_key(mechanism, name)
+            found = named_coordinate(mechanism, name)
             if found.kind == "body angle":
                 angles[found.part] = value
             else:

@@ -63,9 +63,9 @@ class DrawnMechanism:
     """
 
     def __init__(self, units: str = "m", title: str = "") -> None:
-        asked = units_of(units)
-        self._length, self._angle = asked.of("m").factor, asked.of("rad").factor
-        self._force, self._mass = asked.of("N").factor, asked.of("kg").factor
+        chosen = units_of(units)
+        self._length, self._angle = chosen.of("m").factor, chosen.of("rad").factor
+        self._force, self._mass = chosen.of("N").factor, chosen.of("kg").factor
         self.title = title
         self._places: dict[str, Places] = {GROUND: {}}
         self._masses: dict[str, float] = {}

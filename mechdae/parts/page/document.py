@@ -130,8 +130,8 @@ def page(
         raise InputError(
             f"a page shows {', '.join(KINDS)}, not {chosen.kind}", where=f"tasks.{name}"
         )
-    asked = units.asked if isinstance(units, Units) else units
-    return _page(whole, name, lang, units_of(asked, whole.mechanism.units))
+    names = units.asked if isinstance(units, Units) else units
+    return _page(whole, name, lang, units_of(names, whole.mechanism.units))
 
 
 def _check_again(result: Result) -> None:

@@ -55,7 +55,7 @@ STORED = ("checks", "recorded")
 """Data that are packed with the modules: values at poses,"""
 NUMBERS = ("y", "points", "turns", "angles")
 """under these keys."""
-DRAWN, TOLD = 22, 15
+DRAWN, COMPARED = 22, 15
 """Binary digits of what is only drawn, decimal ones of what is compared."""
 
 
@@ -121,7 +121,7 @@ def _spread(stored: Json, key: str = "", rows: int = 1) -> Json:
     values = np.frombuffer(base64.b64decode(stored), dtype="<f8")
     size = float(np.abs(values).max(initial=0.0))
     if key == "y" or not np.isfinite(size) or size == 0:
-        return [float(f"{v:.{TOLD}g}") if np.isfinite(v) else None for v in values.tolist()]
+        return [float(f"{v:.{COMPARED}g}") if np.isfinite(v) else None for v in values.tolist()]
     step = 2.0 ** (np.floor(np.log2(size)) - DRAWN)
     whole = np.rint(values / step).astype(int).reshape(rows, -1)
     still = np.zeros((2, whole.shape[1]), int)

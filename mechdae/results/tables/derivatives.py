@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from mechdae.results import Result, ShownUnit, parameter_units
-from mechdae.results.tables.text import in_unit, laid_out
+from mechdae.results.tables.text import fitted_lines, in_unit
 from mechdae.types import Floats
 
 ROWS = 13
@@ -57,8 +57,8 @@ class _Scale:
         factor = self.own.factor / math.prod(unit.factor for unit in below)
         names = [_below(unit.name) for unit in below if unit.name not in ("", "1")]
         unit = "/".join([self.own.name, *names])
-        told = self.own.name and unit != "1"
-        return (f"{title} [{unit}]" if told else title), np.asarray(values) * factor
+        has_unit = self.own.name and unit != "1"
+        return (f"{title} [{unit}]" if has_unit else title), np.asarray(values) * factor
 
 
 def _below(unit: str) -> str:
@@ -85,7 +85,7 @@ def _columns(
     if for_poses and count > ROWS:
         rows = sorted({round(k) for k in np.linspace(0, count - 1, ROWS).tolist()})
     given = [([title], cells) for title, cells in [*head, *columns]]
-    lines, _ = laid_out(given, rows, width, lead=len(head))
+    lines, _ = fitted_lines(given, rows, width, lead=len(head))
     if for_poses and count > ROWS:
         lines.append(f"    ({ROWS} of {count} poses shown; --out DIR writes all)")
     return lines

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from mechdae.results import Result, Units, parameter_units
-from mechdae.results.tables.text import MOST, fact, laid_out, together
+from mechdae.results.tables.text import MOST, fact, fitted_lines, together
 
 Design = Mapping[str, Any]
 
@@ -86,7 +86,7 @@ def _ranked(
     if any("hits" in design for design in designs):
         columns.append(("hits", [str(design.get("hits", "-")) for design in designs]))
     given = [([title], texts) for title, texts in columns]
-    lines, _ = laid_out(given, range(len(designs)), width + 2)
+    lines, _ = fitted_lines(given, range(len(designs)), width + 2)
     return [line[2:] for line in lines]
 
 

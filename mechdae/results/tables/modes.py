@@ -6,7 +6,7 @@ import numpy as np
 
 from mechdae.results import Result
 from mechdae.results.tables.facts import facts_text
-from mechdae.results.tables.text import Column, cells, laid_out, rows_of
+from mechdae.results.tables.text import Column, cells, fitted_lines, rows_of
 from mechdae.types import Floats
 
 FAULTS = 4
@@ -65,7 +65,7 @@ def study_text(result: Result, width: int) -> list[str]:
         ([title, unit] if any(units) else [title], texts)
         for (title, texts), unit in zip(columns, units, strict=True)
     ]
-    lines, _ = laid_out(given, rows, width, lead=1 + len(result.parameters))
+    lines, _ = fitted_lines(given, rows, width, lead=1 + len(result.parameters))
     if len(rows) < len(result):
         lines.append(f"  ({len(rows)} of {len(result)} sets shown; --out DIR writes all)")
     counts = ", ".join(f"{count} {word}" for word, count in result.summary["status"].items())

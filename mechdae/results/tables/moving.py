@@ -91,11 +91,11 @@ class Quantities:
             self.column(name, result.unit("drivers", name, "position"), series.position, share=1.0)
             for name, series in result.drivers.items()
         ]
-        asked = self.outputs() + self._listed()
+        listed = self.outputs() + self._listed()
         return (
-            driven + asked
+            driven + listed
             if result.time is None
-            else [("t [s]", cells(result.time)), *asked, *driven]
+            else [("t [s]", cells(result.time)), *listed, *driven]
         )
 
     def _listed(self) -> list[Column]:

@@ -9,7 +9,7 @@ import numpy as np
 from mechdae.errors import UnknownName
 from mechdae.results import Result, mixed_units
 from mechdae.results.tables.moving import Quantities
-from mechdae.results.tables.text import Column, cells, laid_out, rows_of
+from mechdae.results.tables.text import Column, cells, fitted_lines, rows_of
 
 
 def poses_columns(result: Result) -> tuple[list[Column], int]:
@@ -47,9 +47,9 @@ def named_columns(result: Result, names: Sequence[str]) -> list[Column]:
         chosen = [column for column in usual if name in (column[0], column[0].partition(" [")[0])]
         for whole, _, values in result.columns() if not chosen else ():
             if whole == name or whole.startswith(f"{name}."):
-                own = units[whole]
-                title = f"{whole} [{own.name}]" if own.name not in ("", "1") else whole
-                shown = np.asarray(values, float) * own.factor
+                unit = units[whole]
+                title = f"{whole} [{unit.name}]" if unit.name not in ("", "1") else whole
+                shown = np.asarray(values, float) * unit.factor
                 chosen.append((title, cells(shown, float(np.nanmax(np.abs(shown), initial=0.0)))))
         if not chosen:
             raise UnknownName("column", name, [*known, *units], where="columns")
@@ -77,7 +77,7 @@ def pose_lines(result: Result, width: int, names: Sequence[str] | None = None) -
         columns = columns[:lead] + chosen
         needed = count = len(columns)
     given = [([title], texts) for title, texts in columns]
-    lines, shown = laid_out(given, places, width, needed, lead)
+    lines, shown = fitted_lines(given, places, width, needed, lead)
     notes = []
     if len(places) < poses:
         notes.append(f"{len(places)} of {poses} poses")

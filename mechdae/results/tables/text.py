@@ -113,7 +113,7 @@ def rows_of(count: int, most: int = ROWS) -> list[int]:
     return sorted({round(place) for place in spread.tolist()})
 
 
-def laid_out(
+def fitted_lines(
     given: Sequence[tuple[Sequence[str], Sequence[str]]],
     rows: Sequence[int],
     width: int,

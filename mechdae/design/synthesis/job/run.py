@@ -164,8 +164,8 @@ def synthesize(problem: Problem, name: str, call: JobCall) -> Result:
     text = text_of(problem, name, chosen)
     assert chosen.starts is not None
     log = nullcontext() if call.out is None else Log(call.out, text, name, chosen.starts)
-    with blamed(problem, name, KEYS), log as kept, pool as workers:
-        job = Job(text, name, chosen.starts, workers, kept, call.progress, call.paths)
+    with blamed(problem, name, KEYS), log as record, pool as workers:
+        job = Job(text, name, chosen.starts, workers, record, call.progress, call.paths)
         return designs_of(problem, name, chosen, run=job, follow=job.follow)
 
 

@@ -263,10 +263,10 @@ def assign(
     return Assignments(whole.name, tuple(_VariantWriter(*shared).all(found)), tried)
 
 
-def _units(asked: str | Sequence[str], problem: Problem, drawn: Sequence[RoundRange]) -> Units:
-    """Return the units of sheets: lengths as asked for, drawn or written, else in millimetres."""
-    shown = units_of(asked, problem.mechanism.units)
-    if "m" in units_of(asked).by_si:
+def _units(names: str | Sequence[str], problem: Problem, drawn: Sequence[RoundRange]) -> Units:
+    """Return the units of sheets: lengths as names for, drawn or written, else in millimetres."""
+    shown = units_of(names, problem.mechanism.units)
+    if "m" in units_of(names).by_si:
         return shown
     units = parameter_units(problem.mechanism, problem.tasks.values())
     lengths = [n.unit or "m" for n in drawn if units.get(n.base) == "m"]

@@ -44,15 +44,15 @@ def text(value: Any) -> str:
 
 def shown(value: Given, si: str, units: Units) -> tuple[Given, str]:
     """Return a number, or a list of numbers and expressions, with the unit it is shown in."""
-    own = units.read(si)
-    if own.name == "rad/s" and isinstance(value, float):
+    unit = units.read(si)
+    if unit.name == "rad/s" and isinstance(value, float):
         return in_turns(value)
-    name = "°" if own.name == "deg" else named(si, units)
+    name = "°" if unit.name == "deg" else named(si, units)
     if isinstance(value, tuple):
         return tuple(shown(inner, si, units)[0] for inner in value), name
     if isinstance(value, Mapping):
         return {key: shown(inner, si, units)[0] for key, inner in value.items()}, name
-    return (value if isinstance(value, str) else value * own.factor), name
+    return (value if isinstance(value, str) else value * unit.factor), name
 
 
 def in_turns(speed: float) -> tuple[float, str]:

@@ -147,12 +147,12 @@ def _numbers(pairs: list[str] | None, option: str) -> dict[str, float] | None:
     return found
 
 
-def _table(ranking: Ranking, asked: Units, width: int) -> list[str]:
+def _table(ranking: Ranking, chosen: Units, width: int) -> list[str]:
     """Return the lines of the table: what differs in columns, what is equal below."""
-    from mechdae.results.tables.text import laid_out
+    from mechdae.results.tables.text import fitted_lines
 
     rows, equal = _alike(ranking)
-    shown = {one["name"]: asked.of(one["unit"]) for one in ranking.criteria}
+    shown = {one["name"]: chosen.of(one["unit"]) for one in ranking.criteria}
     units = {name: unit.name for name, unit in shown.items()}
     same = [n for n in units if rows and len({f"{row.values[n]:.9g}" for row in rows}) == 1]
     columns = [name for name in units if name not in same]
@@ -169,7 +169,7 @@ def _table(ranking: Ranking, asked: Units, width: int) -> list[str]:
         size = max(len(line[1]) for line in [head, *body])
         texts = [[*line[:1], line[1].ljust(size), *line[2:]] for line in [head, foot, *body]]
         given = [(column[:2], column[2:]) for column in zip(*texts, strict=True)]
-        lines, _ = laid_out(given, range(len(texts) - 2), width, lead=2)
+        lines, _ = fitted_lines(given, range(len(texts) - 2), width, lead=2)
         if len(rows) > SHOWN:
             lines.append(f"  and {len(rows) - SHOWN} more: --json, --out")
         for name in columns:

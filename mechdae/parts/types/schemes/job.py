@@ -36,8 +36,8 @@ def compose(problem: Problem, name: str, call: JobCall) -> SynthesisResult:
     open_ = replace(chosen, **dict.fromkeys(OPEN))
     text = alone(replace(bare_crank(), parameters=problem.mechanism.parameters), {name: open_})
     log = nullcontext() if call.out is None else PieceLog(call.out, text, name)
-    with blamed(problem, name, ("chains",)), log as kept, pool as workers:
-        return composed(problem, name, chosen, run=PieceJob(workers, kept, call.progress))
+    with blamed(problem, name, ("chains",)), log as record, pool as workers:
+        return composed(problem, name, chosen, run=PieceJob(workers, record, call.progress))
 
 
 def _draws(problem: Problem, task: Composition) -> tuple[int | None, int | None]:

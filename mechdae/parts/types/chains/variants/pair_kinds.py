@@ -9,6 +9,7 @@ from math import atan2, cos, sin
 
 from mechdae.describe import Body, Driver, Ground, Joint, Mechanism, Problem, Table
 from mechdae.describe.joints.pairs import Prismatic, Revolute
+from mechdae.describe.vectors.translation import renamed
 from mechdae.errors import InputError
 from mechdae.parts.types.chains.variants.scheme import (
     GROUND,
@@ -68,7 +69,7 @@ def inversion(problem: Problem, pose: Pose, link: str) -> Variant:
     mechanism = Mechanism(
         ground=Ground(fixed.points),
         bodies=Table(bodies),
-        joints=Table({name: _renamed(joint, called) for name, joint in base.joints.items()}),
+        joints=Table({name: renamed(joint, called) for name, joint in base.joints.items()}),
         parameters=base.parameters,
         sketch=Table(sketch),
         gravity=base.gravity,
@@ -104,18 +105,6 @@ def _instead(
         if joints[name].coordinates and driver.coordinate not in used:
             return driver
     raise InputError(f"nothing can be driven in place of '{given.coordinate}'")
-
-
-def _renamed(joint: Joint, called: dict[str, str]) -> Joint:
-    """Return a joint between the same links under their new names."""
-    changes: Json = {}
-    for side in ("first", "second"):
-        body, _, point = str(getattr(joint, side)).partition(".")
-        changes[side] = f"{called.get(body, body)}.{point}"
-    if hasattr(joint, "carrier"):
-        carrier = called.get(joint.carrier or GROUND, joint.carrier)
-        changes["carrier"] = None if carrier == GROUND else carrier
-    return replace(joint, **changes)
 
 
 def varied(mechanism: Mechanism) -> list[str]:
