@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -115,7 +114,9 @@ class ArmPosesOfMany:
         return f"<ArmPosesOfMany {len(self)} targets: {said}>"
 
 
-def arm_poses(arm: Arm | Sequence[Sequence[float]] | Floats, targets: ArrayLike) -> Any:
+def arm_poses(
+    arm: Arm | Sequence[Sequence[float]] | Floats, targets: ArrayLike
+) -> ArmPoses | ArmPosesOfMany:
     """Return all joint angles at which an arm's hand is at places.
 
     Parameters
@@ -146,18 +147,23 @@ def arm_poses(arm: Arm | Sequence[Sequence[float]] | Floats, targets: ArrayLike)
             f"a matrix of 3 or 4 rows of 4 is needed, or (n, 4, 4) of them, not {hands.shape}",
             where="targets",
         )
+    if hands.ndim == 2:
+        return arm_poses_at(whole, hands)
     _check_freedoms(whole)
-    many = _of_many(whole, hands.reshape(-1, *hands.shape[-2:])[:, :3])
-    if hands.ndim == 3:
-        return many
-    if many.status[0] in ("nan", "no rotation"):
+    return _of_many(whole, hands[:, :3])
+
+
+def arm_poses_at(arm: Arm, hand: Matrix) -> ArmPoses:
+    """Return all joint angles at which the hand is at one place (3 or 4, 4); errors as there."""
+    _check_freedoms(arm)
+    one = _of_many(arm, hand[None, :3])[0]
+    if one.status in ("nan", "no rotation"):
         raise InputError(
             "a number is not finite"
-            if many.status[0] == "nan"
+            if one.status == "nan"
             else "the first three columns of the target are no rotation",
             where="targets",
         )
-    one = many[0]
     order = np.lexsort(np.round(one.angles, 9).T)
     return replace(one, angles=one.angles[order], bounds=one.bounds[order])
 

@@ -19,9 +19,9 @@ from mechdae.motion.cases.larger_groups.rigid_parts import (
     ShapedGroup,
 )
 from mechdae.motion.cases.space.known_sides import KnownSides
-from mechdae.numerics.arms.chain import PARALLEL
+from mechdae.numerics.arms.chain import PARALLEL, Arm
 from mechdae.numerics.arms.parallel import parallel_at
-from mechdae.numerics.arms.poses import arm_poses
+from mechdae.numerics.arms.poses import arm_poses_at
 from mechdae.numerics.arms.wrists import wrist_at
 from mechdae.types import Floats
 
@@ -96,7 +96,7 @@ class HingeLoop(ShapedGroup):
         hand = base.T @ np.column_stack([behind[-1][:, 1:], behind[-1][:, 0] - P])
         said = WRIST if wrist_at(links) else PARALLELS if parallel_at(links) else BASIS
         try:
-            found = arm_poses(links, hand)
+            found = arm_poses_at(Arm(links), hand)
         except InputError:  # its hand does not move with six freedoms
             return None
         signs = np.where([forward for _, forward in self.row], 1.0, -1.0)
