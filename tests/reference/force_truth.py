@@ -19,7 +19,12 @@ from typing import Any
 
 import numpy as np
 
-from tests.reference.closed_forms import circle_circle, circle_line, slotted_link
+from tests.reference.closed_forms import (
+    circle_circle,
+    circle_line,
+    gorshkov_seven_link,
+    slotted_link,
+)
 from tests.reference.jets import Jet, arg, unit
 
 LONG, COMPLEX = np.longdouble, np.clongdouble
@@ -545,6 +550,63 @@ def four_bar(
         -1j * LONG(g),
     )
     return scene, {"crank": u, "coupler": coupler, "rocker": rocker, "A": A, "B": B}
+
+
+# -- seven-link mechanism ----------------------------------------------------------------------
+
+
+def seven_link(phi: Any, omega: float = -4.0, friction: bool = True) -> Scene:
+    """Forces of `seven-link-forces`, with the dimensions of `closed_forms.gorshkov_seven_link`."""
+    q, m_block, m_slider, load, drag = 12.0, 1.5, 8.0, 900.0, 60.0
+    f, f_slot, f_guide = (0.1, 0.12, 0.08) if friction else (0.0, 0.0, 0.0)
+    rho = circle(0.02, f)
+    u = course(phi, omega)
+    at = gorshkov_seven_link(u)
+    spins = {name: rate(at[name]) for name in
+             ("crank", "block", "rod", "connecting_rod", "coupler", "rocker")}  # fmt: skip
+    spins |= {"ground": 0 * place(u), "slider": 0 * place(u)}
+
+    def bar(name: str, tail: str, head: str, length: float) -> Mass:
+        mass = LONG(q) * LONG(length)
+        middle = (at[tail] + at[head]) * LONG(0.5)
+        return mass_of(mass, mass * LONG(length) ** 2 / 12, middle, at[name])
+
+    def pin(first: str, second: str, point: str) -> Pin:
+        return Pin(first, second, place(at[point]), spins[second] - spins[first], rho)
+
+    along = place(unit(at["rod"]))
+    return Scene(
+        len(place(u)),
+        {
+            "crank": Mass(),
+            "block": mass_of(m_block, 0.002, at["block.A"], at["block"]),
+            "rod": bar("rod", "rod.G", "rod.B", 0.8342),
+            "connecting_rod": bar("connecting_rod", "connecting_rod.B", "connecting_rod.C", 0.5179),
+            "slider": mass_of(m_slider, 0.0, at["slider.C"]),
+            "coupler": bar("coupler", "coupler.B", "coupler.E", 0.54),
+            "rocker": bar("rocker", "rocker.F", "rocker.E", 0.3013),
+        },
+        {
+            "O": pin("ground", "crank", "crank.O"),
+            "A": pin("crank", "block", "crank.A"),
+            "slot": Guide("rod", "block", place(at["block.A"]), along, rate(at["slot"]), f_slot),
+            "G": pin("ground", "rod", "rod.G"),
+            "BC": pin("rod", "connecting_rod", "rod.B"),
+            "BE": pin("rod", "coupler", "rod.B"),
+            "C": pin("connecting_rod", "slider", "slider.C"),
+            "guide": Guide(
+                "ground", "slider", place(at["slider.C"]), 1.0 + 0j, rate(at["guide"]), f_guide
+            ),
+            "E": pin("rocker", "coupler", "coupler.E"),
+            "F": pin("ground", "rocker", "rocker.F"),
+            "T": Couple("ground", "crank"),
+        },
+        [
+            ("slider", place(at["slider.C"]), -load * np.sign(rate(at["guide"])) + 0j, 0.0),
+            ("rocker", place(at["rocker.F"]), 0j, -drag * np.sign(spins["rocker"])),
+        ],
+        -1j * LONG(9.81),
+    )
 
 
 # -- mean values -----------------------------------------------------------------------------------

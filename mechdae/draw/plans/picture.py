@@ -21,7 +21,7 @@ from mechdae.draw.plans.forces import force_plans
 from mechdae.draw.plans.friction import draw_lines, draw_pin, force_scale_of, pins_of
 from mechdae.draw.plans.lever import draw_lever, lever
 from mechdae.draw.plans.motion import motion_plan
-from mechdae.draw.plans.relations import SYMBOLS
+from mechdae.draw.plans.relations import SYMBOLS, named_group
 from mechdae.draw.plans.vectors import Plan, round_up
 from mechdae.draw.sheet import MILLIMETRE, Sheet
 from mechdae.draw.translated import translated
@@ -193,11 +193,8 @@ def _pose(result: SweepResult, scene: DrawnScene, pose: int | None, which: str |
 def _of_group(plans: list[Plan], group: str | None) -> list[Plan]:
     if group is None:
         return plans
-    found = [plan for plan in plans if any(name == group for name, _ in plan.relations)]
-    if not found:
-        names = [name for plan in plans for name, _ in plan.relations]
-        raise UnknownName("group", group, names)
-    return found
+    whole = named_group([name for plan in plans for name, _ in plan.relations], group)
+    return [plan for plan in plans if any(name == whole for name, _ in plan.relations)]
 
 
 def _key(plan: Plan) -> str:

@@ -30,6 +30,7 @@ from mechdae.draw.formulas import Equation, Letter, Sum
 from mechdae.draw.formulas.notations import mathtext, written_letter
 from mechdae.draw.plans.rates import Rates
 from mechdae.draw.plans.vectors import Arrow
+from mechdae.errors import UnknownName
 from mechdae.records import dataclass
 
 if TYPE_CHECKING:
@@ -309,6 +310,16 @@ def groups_of(result: SweepResult, scene: DrawnScene) -> list[tuple[str, tuple[s
     if listed:
         return [(entry["name"], tuple(entry["bodies"])) for entry in listed]
     return [("", tuple(scene.mechanism.bodies))]
+
+
+def named_group(names: list[str], wanted: str) -> str:
+    """Return the name of a group, by itself or by its beginning."""
+    found = [name for name in names if name == wanted] or [
+        name for name in names if wanted and name.startswith(wanted)
+    ]
+    if len(found) != 1:
+        raise UnknownName("group", wanted, names)
+    return found[0]
 
 
 def distinct_letters(

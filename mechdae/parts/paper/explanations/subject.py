@@ -9,8 +9,7 @@ import numpy as np
 
 from mechdae.describe import GROUND
 from mechdae.draw.diagram.scene import Array, DrawnScene
-from mechdae.draw.plans.relations import Relations
-from mechdae.errors import UnknownName
+from mechdae.draw.plans.relations import Relations, groups_of, named_group
 from mechdae.parts.paper.phrases import Phrases
 from mechdae.records import dataclass
 
@@ -35,12 +34,9 @@ class Subject:
     @cached_property
     def groups(self) -> list[tuple[str, tuple[str, ...]]]:
         """Assur groups in the order of the computation: name and bodies that are placed."""
-        listed = self.result.summary.get("groups")
-        every = [(group["name"], tuple(group["bodies"])) for group in listed or ()]
-        every = every or [("", tuple(self.scene.mechanism.bodies))]
         shown = [
             (name, tuple(body for body in bodies if self.scene.shown(body, self.pose)))
-            for name, bodies in every
+            for name, bodies in groups_of(self.result, self.scene)
         ]
         return [(name, bodies) for name, bodies in shown if bodies]
 
@@ -55,11 +51,8 @@ class Subject:
         """Return all groups, or the one of that name or beginning of a name."""
         if wanted is None:
             return self.groups
-        exact = [group for group in self.groups if group[0] == wanted]
-        found = exact or [group for group in self.groups if wanted and group[0].startswith(wanted)]
-        if len(found) != 1:
-            raise UnknownName("group", wanted, [name for name, _ in self.groups])
-        return found
+        name = named_group([name for name, _ in self.groups], wanted)
+        return [group for group in self.groups if group[0] == name]
 
     def _rated(self, word: str) -> bool:
         series = self.result.points.values()
