@@ -54,14 +54,16 @@ def columns_argument(parser: argparse.ArgumentParser) -> None:
     """Add ``--columns``."""
     parser.add_argument(
         "--columns",
+        nargs="+",
+        action="extend",
         metavar="C",
-        help="columns of the table: effort,rod.B.velocity (names as there)",
+        help="columns of the table: effort,rod.B.velocity or with blanks (names as there)",
     )
 
 
 def column_names(options: argparse.Namespace) -> list[str]:
     """Return the names of ``--columns``."""
-    return [name.strip() for name in options.columns.split(",")]
+    return [name.strip() for names in options.columns for name in names.strip(",").split(",")]
 
 
 def problem_arguments(parser: argparse.ArgumentParser) -> None:

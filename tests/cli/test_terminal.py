@@ -135,6 +135,8 @@ def test_columns_are_chosen_by_name(capsys: pytest.CaptureFixture[str]) -> None:
         "status", "crank.angle [deg]", "coupler.P.velocity.x [mm/s]", "rocker [deg]",
         "rocker [rad/s]",
     ]  # fmt: skip
+    assert main([*words, "--columns", "coupler.P.velocity.x,", "rocker"]) == 0
+    assert capsys.readouterr().out.splitlines()[1] == head
     assert main([*words, "--columns", "coupler.P.velocty"]) == 2
     assert "did you mean coupler.P.velocity" in capsys.readouterr().err
 

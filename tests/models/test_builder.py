@@ -45,7 +45,7 @@ def test_a_builder_says_what_is_missing() -> None:
     assert "slider has no point and no joint" in m.missing()
     m.pin("O", "ground", "crank", at=(0, 0)).pin("B", "crank", "rod", at=(30, 40))
     m.pin("C", "rod", "slider", at=(150, 0))
-    assert m.missing() == ["2 freedoms are left beside the driver; slider hangs on one joint"]
+    assert m.missing() == ["2 degrees of freedom have no driver; slider hangs on one joint"]
     assert "2 freedoms" in repr(m)
     m.slide("guide", "ground.O", "slider.C")
     assert m.missing() == []

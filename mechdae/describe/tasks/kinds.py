@@ -40,6 +40,8 @@ MEASURES = (
     "instant-centres",
     "axodes",
     "screw-axes",
+    "velocity-ratio",
+    "mechanical-advantage",
 )
 """What can be read off a sweep beside its poses."""
 

@@ -141,7 +141,9 @@ def along(
     values = plan.values if plan.values is not None else path.drivers(places)
     measured = Measured()
     if task.measures:
-        measured = at_poses(setting.outputs, task, poses, 1.0 if is_angle or laws else scale)
+        measured = at_poses(
+            setting.outputs, task, poses, 1.0 if is_angle or laws else scale, moving
+        )
     if task.measures and not laws:
         along_path(setting.outputs, task, evaluator, path, places, measured, moving)
         for event in measured.events if graphs.nu > 1 else ():

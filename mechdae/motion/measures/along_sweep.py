@@ -14,7 +14,7 @@ from mechdae.equations.reduction import Scene
 from mechdae.errors import InputError, UnavailableError
 from mechdae.motion.continuation.evaluate import Evaluator, Poses
 from mechdae.motion.continuation.path import Path
-from mechdae.motion.measures import bars, centres, curve, screws, transmission
+from mechdae.motion.measures import bars, centres, curve, ratios, screws, transmission
 from mechdae.motion.measures.along_sweep_extremes import Course, courses, quantities
 from mechdae.motion.measures.dwell import dwells
 from mechdae.motion.measures.measured import OF_POSES, Measured
@@ -29,13 +29,15 @@ if TYPE_CHECKING:
 
 ALONG = ("extremes", "time-ratio", "dwell", "envelope")
 """Measures that follow the path of a single driver."""
+BY_DRIVER = (*ALONG, *ratios.NAMES)
+"""Measures that are by the value of a single driver."""
 TURNED = "turn of "
 
 
 def requests(scene: Scene, task: Sweep, by_value: bool) -> list[Request]:
     """Return what the measures of a task need evaluated beside what is reported."""
     asked = task.measures or ()
-    along = [name for name in asked if name in ALONG]
+    along = [name for name in asked if name in BY_DRIVER]
     if along and not by_value:
         raise UnavailableError(
             f"'{along[0]}' needs a single driver that moves, by at, from and to, or range",
@@ -79,7 +81,7 @@ def _turning(scene: Scene) -> list[Request]:
 
 
 def at_poses(
-    outputs: Outputs, asked: Sequence[str], poses: Poses, unit: float, found: Measured
+    outputs: Outputs, asked: Sequence[str], poses: Poses, unit: float, moving: int, found: Measured
 ) -> None:
     """Add the measures of single poses to `found`; `unit` is what a radian is for other drivers."""
     scale = outputs.scene.model.mechanism.scale
@@ -95,6 +97,11 @@ def at_poses(
         found.centres, far = centres.instant_centres(planes)
         if far:
             found.summary["centres_at_infinity"] = far
+    if of_driver := set(asked) & set(ratios.NAMES):
+        driver = outputs.scene.drivers[moving]
+        of_parts = ratios.ratios(outputs, of_driver, poses.y[1], driver, unit)
+        for kind, parts in of_parts.items():
+            found.put(kind, parts)
     if {"axodes", "screw-axes"} & set(asked):
         twists = screws.Twists(outputs, poses.y[:2], scale, unit)
     if "axodes" in asked:

@@ -21,6 +21,8 @@ ORDERS = {
     "instant-centres": 1,
     "axodes": 1,
     "screw-axes": 1,
+    "velocity-ratio": 1,
+    "mechanical-advantage": 1,
 }
 """Rates that each measure needs."""
 
@@ -47,13 +49,15 @@ def requests(scene: Scene, task: Sweep, by_value: bool) -> list[Request]:
     return along_sweep.requests(scene, task, by_value)
 
 
-def at_poses(outputs: Outputs, task: Sweep, poses: Poses, unit: float = 1.0) -> Measured:
+def at_poses(
+    outputs: Outputs, task: Sweep, poses: Poses, unit: float = 1.0, moving: int = 0
+) -> Measured:
     """Return the measures of single poses; `unit` is what a radian is for other drivers."""
     found = Measured()
     if task.measures:
         from mechdae.motion.measures import along_sweep
 
-        along_sweep.at_poses(outputs, task.measures, poses, unit, found)
+        along_sweep.at_poses(outputs, task.measures, poses, unit, moving, found)
     return found
 
 

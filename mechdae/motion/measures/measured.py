@@ -12,7 +12,13 @@ if TYPE_CHECKING:
     from mechdae.types import Floats
 
 
-OF_POSES = {"instant-centres", "axodes", "screw-axes"}
+OF_POSES = {
+    "instant-centres",
+    "axodes",
+    "screw-axes",
+    "velocity-ratio",
+    "mechanical-advantage",
+}
 """Measures of single poses, which look at nothing between them."""
 
 

@@ -239,8 +239,9 @@ class DrawnMechanism:
             if freedoms > count:
                 one = "hang" if len(hanging) > 1 else "hangs"
                 ends = f"; {', '.join(hanging)} {one} on one joint" if hanging else ""
-                plural = "s are" if freedoms - count > 1 else " is"
-                return [f"{freedoms - count} freedom{plural} left beside the driver{ends}"]
+                free = freedoms - count
+                plural = "s of freedom have" if free > 1 else " of freedom has"
+                return [f"{free} degree{plural} no driver{ends}"]
             held = [self._held(d, self.mechanism()) for d in self._drivers or self._likely()]
             solve(Problem(self.mechanism()), Sweep(drivers=tuple(held)))
         except MechdaeError as error:

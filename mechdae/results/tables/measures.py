@@ -2,8 +2,15 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from mechdae.results import Result, kind_of
-from mechdae.results.tables.text import MOST, driver_value, in_unit, quantity, zero
+from mechdae.results.tables.text import MOST, Column, cells, driver_value, in_unit, quantity, zero
+from mechdae.results.units import UNITS
+from mechdae.types import Floats
+
+RATIOS = ("_ratio", "_advantage", "_per_angle", "_per_slide", "_per_force", "_per_torque")
+"""Ends of the names of velocity ratios and mechanical advantages."""
 
 
 def measured_facts(result: Result, unit: str, noise: dict[str, float]) -> list[str]:
@@ -61,3 +68,22 @@ def measured_facts(result: Result, unit: str, noise: dict[str, float]) -> list[s
     for name, places in summary.get("centrodes", {}).get("at_infinity", {}).items():
         lines.append(f"  centre    {name}: at infinity at {', '.join(map(at, places))}")
     return lines
+
+
+def ratio_columns(result: Result) -> list[Column]:
+    """Return the velocity ratios and mechanical advantages of what moves."""
+    found: list[Column] = []
+    for kind in ("joints", "bodies"):
+        for name, series in reversed(getattr(result, kind).items()):
+            words = [word for word in series if word.endswith(RATIOS)]
+            if any(np.any(np.isfinite(series[word]) & (series[word] != 0)) for word in words):
+                found += [_ratio(result, name, word, series[word]) for word in words]
+    return found
+
+
+def _ratio(result: Result, part: str, word: str, values: Floats) -> Column:
+    unit = result.units.read(UNITS.get(word, "1"))
+    shown = values * unit.factor
+    size = float(np.max(np.abs(shown[np.isfinite(shown)]), initial=0.0))
+    title = f"{part} {word.replace('_', ' ')}"
+    return f"{title} [{unit.name}]" if word in UNITS else title, cells(shown, size)

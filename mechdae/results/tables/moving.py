@@ -92,6 +92,10 @@ class Quantities:
             for name, series in result.drivers.items()
         ]
         listed = self.outputs() + self._listed()
+        if getattr(result.definition, "measures", None):
+            from mechdae.results.tables.measures import ratio_columns
+
+            listed += ratio_columns(result)
         return (
             driven + listed
             if result.time is None

@@ -46,7 +46,7 @@ class Cells(Sequence[str]):
         if isinstance(place, slice):
             return [self[k] for k in range(*place.indices(len(self)))]
         value = float(self._values[place])
-        if not math.isfinite(value):
+        if math.isnan(value):
             return "-"
         return f"{zero(value, self._noise):.6g}"
 
