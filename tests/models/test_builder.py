@@ -46,7 +46,7 @@ def test_a_builder_says_what_is_missing() -> None:
     m.pin("O", "ground", "crank", at=(0, 0)).pin("B", "crank", "rod", at=(30, 40))
     m.pin("C", "rod", "slider", at=(150, 0))
     assert m.missing() == ["2 degrees of freedom have no driver; slider hangs on one joint"]
-    assert "2 freedoms" in repr(m)
+    assert "2 degrees of freedom" in repr(m)
     m.slide("guide", "ground.O", "slider.C")
     assert m.missing() == []
     assert repr(m) == "<DrawnMechanism: 3 bodies, 4 joints; complete>"
