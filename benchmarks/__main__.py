@@ -1,6 +1,6 @@
 """The command `mechdae bench` with other methods beside, and more: ``python -m benchmarks``.
 
-Without a problem everything is measured that ``docs/speed-and-error.md`` shows.
+Without a problem everything is measured that ``docs/theory/evidence/speed-and-error.md`` shows.
 """
 
 from __future__ import annotations

@@ -1,7 +1,8 @@
 """Measures and forces of many sets at once: mechanisms a second, and how far from the set alone.
 
-``python -m benchmarks.batches --out docs/data/batches.json --page docs/studies.md`` measures and
-writes the second table of the page. Seconds are processor time of one process; a difference is
+``python -m benchmarks.batches --out docs/data/batches.json --page PAGE`` measures and
+writes its table of docs/theory/evidence/solver.md.
+Seconds are processor time of one process; a difference is
 relative to the largest number of its path in the set.
 """
 

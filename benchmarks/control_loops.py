@@ -1,6 +1,6 @@
 """Arms and platforms as arrays and in loops, beside solutions of their own in NumPy and in C.
 
-``python -m benchmarks.control_loops --out docs/data/control-loops.json --page docs/solver.md``
+``python -m benchmarks.control_loops --out docs/data/control-loops.json --page PAGE``
 measures the five-bar robot, a delta robot, an excavator and a hexapod both ways, writes the
 figures and the table. Seconds are processor time, medians of calls taken in turn; the closed forms
 know no rates, bounds and limits. A pose that is far off its closed form, or refused with no limit

@@ -1,7 +1,8 @@
 """Many sets of numbers: mechanisms a second, certified and screened, and how far both differ.
 
-``python -m benchmarks.studies --out docs/data/studies.json --page docs/studies.md`` measures and
-writes the table of the page. Seconds are those of one process; quotients are over the closed-form
+``python -m benchmarks.studies --out docs/data/studies.json --page PAGE`` measures and
+writes its table of docs/theory/evidence/solver.md.
+Seconds are those of one process; quotients are over the closed-form
 four-bar in NumPy for as many poses, measured in between.
 """
 
@@ -154,7 +155,7 @@ def main() -> None:
     arguments(parser)
     options = parser.parse_args()
     records = [measured(entry, options.sets, options.rounds) for entry in CASES]
-    written(options, records, page(records), "<!-- measured -->", "<!-- end -->")
+    written(options, records, page(records), "<!-- studies -->", "<!-- end of studies -->")
 
 
 if __name__ == "__main__":

@@ -326,7 +326,8 @@ def claims() -> list[str]:
         [
             [
                 "any structural scheme can be mapped to vector loops", "right, in the plane",
-                "`md.loops_of`, [`show --loops`](modules.md#the-loops-of-a-mechanism): the "
+                "`md.loops_of`, "
+                "[`show --loops`](../../reference/modules.md#the-loops-of-a-mechanism): the "
                 "seven-link mechanism has three loops and the modules lα, lα, αα",
             ],
             [
@@ -398,7 +399,8 @@ def lines() -> list[str]:
         "### What feedback changes",
         "",
         "Formulas (9) take the reactions without friction. Friction adds to them, and the added "
-        "reactions rub again ([coupled friction](forces.md#coupled-or-as-in-the-article)).",
+        "reactions rub again "
+        "([coupled friction](../../reference/forces.md#coupled-or-as-in-the-article)).",
         "",
         *pose_table(),
         *cycles(),

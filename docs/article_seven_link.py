@@ -455,7 +455,7 @@ def plans() -> list[str]:
         row = [name, drawn, fixed(true, 2), text(value, 4), text(lengths[gid], 6)]
         body.append([*row, percent(float(drawn), true)])
     return [
-        "![Plans of velocities and accelerations](../plots/seven_link_plans.svg)",
+        "![Plans of velocities and accelerations](../../../plots/seven_link_plans.svg)",
         "",
         f'`md.plot(result, "plans")`: vectors from the result, open by {closed} of their size. '
         "The lengths that Fig. 7 of the article gives beside those that the same vectors have on "

@@ -16,7 +16,7 @@ import article_friction
 import article_geared
 import article_seven_link
 
-PAGE = Path(__file__).with_name("articles.md")
+PAGE = Path(__file__).with_name("theory") / "evidence/articles.md"
 
 
 def page() -> str:

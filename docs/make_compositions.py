@@ -1,4 +1,4 @@
-"""Writes the table of ``docs/schemes.md`` from ``docs/data/compositions.json``.
+"""Writes the table of ``compositions.md`` from ``docs/data/compositions.json``.
 
 ``python -m benchmarks.compositions --out docs/data/compositions.json`` measures it.
 """
@@ -11,7 +11,7 @@ from typing import Any
 
 DOCS = Path(__file__).resolve().parent
 DATA = DOCS / "data" / "compositions.json"
-PAGE = DOCS / "schemes.md"
+PAGE = DOCS / "theory/evidence/compositions.md"
 COLUMNS = (
     "curve", "distance, material: ours", "NSGA-II", "designs", "distance, points: ours", "NSGA-II",
     "designs", "least distance, ours", "NSGA-II", "open at 20 001 angles",

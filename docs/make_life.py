@@ -15,7 +15,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
 from tests.shared.walk import PACKAGE, four_bar
 
-PAGE = Path(__file__).with_name("life-of-a-four-bar.md")
+PAGE = Path(__file__).with_name("theory") / "life-of-a-four-bar.md"
 HEAD = """# The life of a four-bar
 
 What happens between `mechdae solve four-bar-crank-rocker --task turn` and its table, file by file,

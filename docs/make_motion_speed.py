@@ -1,4 +1,4 @@
-"""Writes the tables of integrators in ``docs/motion.md`` from ``docs/data/motion-*.json``.
+"""Writes the tables of ``docs/theory/evidence/motion.md`` from ``docs/data/motion-*.json``.
 
 Usage: ``python docs/make_motion_speed.py``; with ``--check`` nothing is written and the exit code
 tells whether the page is up to date. The data are the ``bench.json`` of ``python -m benchmarks
@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 FOLDER = Path(__file__).resolve().parent
-PAGE = FOLDER / "motion.md"
+PAGE = FOLDER / "theory/evidence/motion.md"
 PROBLEMS = ("andrews-squeezer", "car-axis", "n-four-bar", "coasting-slider-crank")
 BEGIN, END = "<!-- measured: docs/make_motion_speed.py -->", "<!-- end -->"
 METHODS = (

@@ -79,11 +79,12 @@ def _refusal(out: Path) -> str | None:
 def generate(source: Path) -> None:
     """Write all sources of the site."""
     stage.stage(source)
-    generated = {"Problems": problems.write(source), "Reference": api.write(source)}
+    generated = {"Reference": [*problems.write(source), *api.write(source)]}
     folder = Path(__file__).parent / "website"
     shutil.copyfile(folder / "conf.py", source / "conf.py")
     shutil.copytree(folder / "static", source / "_static")
     (source / "_live").mkdir(exist_ok=True)
+    stage.redirects(source / "_live")
     stage.contents(source, generated)
 
 

@@ -1,4 +1,4 @@
-"""Writes ``docs/speed-and-error.md`` and a table of the README from ``docs/data/bench.json``.
+"""Writes ``speed-and-error.md`` and a table of the README from ``docs/data/bench.json``.
 
 Usage: ``python docs/make_speed.py --measure`` measures everything anew (some minutes) and writes;
 without it what was measured last is written; with ``--check`` nothing is, and the exit code tells
@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any
 
 FOLDER = Path(__file__).resolve().parent
-PAGE, DATA = FOLDER / "speed-and-error.md", FOLDER / "data" / "bench.json"
+PAGE, DATA = FOLDER / "theory/evidence/speed-and-error.md", FOLDER / "data" / "bench.json"
 AIMS = FOLDER / "data" / "aims.json"
 README = FOLDER.parent / "README.md"
 BEGIN, END = "<!-- speed -->", "<!-- end of speed -->"
@@ -37,7 +37,7 @@ measures other methods beside them in the same run, as far as they can be had: a
 (where a compiler is), pylinkage, scipy, casadi's rootfinder, SUNDIALS. Times are ratios to a
 yardstick that runs interleaved with each: the closed-form four-bar in NumPy, two angles with two
 derivatives each, for the same number of poses
-([yardstick.py](../mechdae/parts/bench/runs.py)). Ratios carry from machine to machine,
+([yardstick.py](../../../mechdae/parts/bench/runs.py)). Ratios carry from machine to machine,
 seconds do not. Medians of processor time are shown. Of `rssr`, a spatial
 four-bar, rocker angle and ball are asked for.
 
@@ -45,7 +45,7 @@ The error is the true one: one Newton step whose residual is evaluated in 80-bit
 of the poses, in radians or lengths of the mechanism. The bound is what the result itself
 claims, for all poses.
 
-![Time over error](../plots/speed_against_error.svg)
+![Time over error](../../../plots/speed_against_error.svg)
 
 {runs}
 ## Whole calls
@@ -59,8 +59,8 @@ certified too, without a report.
 """
 RUNS = """## Runs
 
-Every row of [bench.json](data/bench.json) tells its run, when it was measured, with which version
-and back end, and the load of the machine then: the mean number of processes that wanted a
+Every row of [bench.json](../../data/bench.json) tells its run, when it was measured, with which
+version and back end, and the load of the machine then: the mean number of processes that wanted a
 processor.
 `mechdae bench --out DIR` writes such rows, and `python docs/make_speed.py --measure` repeats
 all of this page but the aims in one run. {said}
@@ -116,7 +116,7 @@ with 10 000 poses.
 STUDIES = """
 ## Many sets of numbers
 
-Sets at once, processor time; more in [studies](studies.md#measured). The error of a certified row
+Sets at once, processor time; more in [studies](solver.md#studies). The error of a certified row
 is the difference from its set alone, that of a screened one from the certified row.
 
 | work, {poses} poses each | call | sets | mechanisms/s | x yardstick | error |
@@ -145,9 +145,10 @@ friction, and with friction in all four pins that acts on the reactions it comes
 reactions, efforts, losses, and the estimate without friction beside). *Forces* starts from the
 coordinates of certified poses with their rates; the *whole task* has the certified kinematics and
 the checks too; `first` builds the kernels. The error is that against nine absolute equations in
-80-bit floats with kinematics of their own ([absolute.py](../benchmarks/absolute.py)), relative
-to the largest force or torque. *Dense Newton* solves those equations for all poses at once with
-LAPACK, *fsolve* pose by pose with `scipy.optimize.fsolve`, its Jacobian given, each from the last
+80-bit floats with kinematics of their own ([absolute.py](../../../benchmarks/absolute.py)),
+relative to the largest force or torque. *Dense Newton* solves those equations for all poses at
+once with LAPACK, *fsolve* pose by pose with `scipy.optimize.fsolve`, its Jacobian given, each
+from the last
 one; both get pin forces and torque only, from angles and rates in closed form.
 
 | work | means | poses | ns/pose | x yardstick | first, ms | error |
@@ -180,7 +181,7 @@ ENDS = """
 ## Two back ends
 
 What evaluates the kernels, a compiled machine or NumPy, and what each needs for a pose:
-[back ends](back-ends.md).
+[back ends](../back-ends.md).
 """
 
 

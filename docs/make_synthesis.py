@@ -1,4 +1,4 @@
-"""Writes the table of ``docs/synthesis.md`` from ``docs/data/synthesis-table.json``.
+"""Writes the table of ``theory/evidence/synthesis.md`` from ``docs/data/synthesis-table.json``.
 
 Usage: ``python docs/make_synthesis.py`` writes the table, with ``--check`` nothing is written and
 the exit code tells whether the page is up to date. ``python docs/make_synthesis.py --measure
@@ -21,7 +21,7 @@ from pathlib import Path
 from typing import Any
 
 FOLDER = Path(__file__).resolve().parent
-PAGE, DATA = FOLDER / "synthesis.md", FOLDER / "data" / "synthesis-table.json"
+PAGE, DATA = FOLDER / "theory/evidence/synthesis.md", FOLDER / "data" / "synthesis-table.json"
 CASES = FOLDER.parent / "tests" / "data" / "synthesis.json"
 BEGIN, END = "<!-- table: docs/make_synthesis.py -->", "<!-- end of the table -->"
 TIE = 1e-5

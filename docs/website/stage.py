@@ -2,33 +2,32 @@
 
 from __future__ import annotations
 
+import html
 import re
 import shutil
+import tomllib
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 LINK = re.compile(r"(!?)\[((?:[^\]\\]|\\.)*)\]\(([^)\s]+)\)")
 
 GROUPS = {
-    "Start": ["README.md", "docs/which-task.md", "docs/migration.md"],
-    "Describe": ["problem-file", "joints", "space", "editor", "command-line", "python"],
-    "Compute": ["measures", "forces", "motion", "sensitivity", "solver", "studies", "modules"],
-    "Design": ["synthesis", "synthesis-jobs", "composition", "schemes"],
-    "Show": ["page", "explain", "assignments", "pictures", "symbols", "gallery", "exchange"],
-    "Know": [
-        "theory",
-        "life-of-a-four-bar",
-        "homotopy",
-        "honesty",
-        "certificates",
-        "speed-and-error",
-        "back-ends",
-        "articles",
-    ],
+    "Tutorials": ["tutorials"],
+    "How to": ["how-to"],
+    "Reference": ["reference"],
+    "Theory and evidence": ["theory", "theory/evidence"],
 }
-"""Groups of the contents with pages of ``docs/``; what is in none of them comes under "Further"."""
+"""Groups of the contents with folders of ``docs/``."""
 
-TUTORIALS = ["tour", "course-project", "friction-and-jamming", "synthesis", "own-optimisation"]
+FIRST = [
+    "README.md",
+    "docs/tutorials/tour.md",
+    "docs/how-to/which-task.md",
+    "docs/reference/problem-file.md",
+    "docs/theory/theory.md",
+]
+"""What comes first in its group; the rest follows by name."""
+
 TITLES = {"README.md": "Tour <README>"}
 ELSEWHERE = ["CHANGELOG.md", "CONTRIBUTING.md"]
 
@@ -74,19 +73,32 @@ def _up(page: Path) -> str:
 
 def contents(target: Path, generated: dict[str, list[str]]) -> None:
     """Write the first page: what the site holds, with the generated parts by caption."""
-    there = {str(page) for page in pages()}
     groups: dict[str, list[str]] = {}
-    for caption, names in GROUPS.items():
-        full = [name if "." in name else f"docs/{name}.md" for name in names]
-        groups[caption] = [name for name in full if name in there]
-    tutorials = [f"docs/tutorials/{name}.md" for name in TUTORIALS]
-    placed = {name for names in groups.values() for name in names} | set(tutorials)
-    groups = {"Start": groups.pop("Start"), "Tutorials": tutorials, **groups}
-    groups |= generated
-    groups["Further"] = sorted(there - placed - set(ELSEWHERE)) + ELSEWHERE
+    for caption, folders in GROUPS.items():
+        full = [
+            page for page in pages() if str(page.parent) in [f"docs/{name}" for name in folders]
+        ]
+        full += [Path("README.md")] if caption == "Tutorials" else []
+        full.sort(key=lambda page: (str(page) not in FIRST, len(page.parts), str(page)))
+        groups[caption] = [*map(str, full), *generated.get(caption, [])]
+    groups["Project"] = [*ELSEWHERE]
     text = (Path(__file__).parent / "first.md").read_text(encoding="utf-8")
     for caption, names in groups.items():
         if names:
             lines = "\n".join(TITLES.get(name, name.rpartition(".")[0]) for name in names)
             text += f"\n```{{toctree}}\n:caption: {caption}\n:maxdepth: 1\n\n{lines}\n```\n"
     (target / "index.md").write_text(text, encoding="utf-8")
+
+
+def redirects(target: Path) -> None:
+    """Write a page for each former name that leads on to the page of today."""
+    moved = tomllib.loads((Path(__file__).parent / "moved.toml").read_text(encoding="utf-8"))
+    for name, today in moved.items():
+        place = target / "docs" / f"{name}.html"
+        place.parent.mkdir(parents=True, exist_ok=True)
+        link = html.escape(f"{_up(Path(name))}{today}.html")
+        place.write_text(
+            f'<!DOCTYPE html><meta charset="utf-8"><title>{html.escape(name)}</title>'
+            f'<meta http-equiv="refresh" content="0; url={link}"><a href="{link}">{link}</a>\n',
+            encoding="utf-8",
+        )

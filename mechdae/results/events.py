@@ -31,7 +31,7 @@ class Event(Mapping[str, Any]):
     time
         Where drivers follow laws, and of motions [s].
     code
-        Of what a motion says about itself, by the table in docs/motion.md.
+        Of what a motion says about itself, by the table in docs/reference/motion.md.
     """
 
     kind: str

@@ -241,7 +241,7 @@ def test_figures_of_the_page_are_those_measured():
     root = DOCS
     names = ("exact-sketches", "geared-counts", "study-rows")
     exact, geared, rows = (json.loads((root / f"data/{n}.json").read_text()) for n in names)
-    page = (root / "honesty.md").read_text(encoding="utf-8")
+    page = (root / "theory/evidence/honesty.md").read_text(encoding="utf-8")
     assert (exact["wrong"], geared["wrong"], rows["faults"]) == ([], [], [])
     answers = [exact["answers"][word] for word in ("own", "own by the hint")]
     assert f"of {exact['mechanisms']} mechanisms | {exact['sketches']} |" in page

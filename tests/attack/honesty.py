@@ -6,7 +6,8 @@ Work is done in chunks; each finished chunk is a line of OUT.parts.jsonl, and a 
 stopped goes on from there. Where OUT holds the figures of fewer mechanisms of the same seed and
 version, they are kept and the others are added. The exit code is 1 where something was wrong.
 
-    python -m tests.attack.honesty --out docs/data/honesty.json --page docs/honesty.md
+    python -m tests.attack.honesty --out docs/data/honesty.json \
+        --page docs/theory/evidence/honesty.md
 
 writes the tables of that page from the figures, and draws nothing.
 """

@@ -1,6 +1,6 @@
 """Write what the runs in space have found into the page.
 
-python -m tests.attack.spatial_page docs/honesty.md
+python -m tests.attack.spatial_page docs/theory/evidence/honesty.md
 """
 
 from __future__ import annotations
@@ -60,7 +60,7 @@ def tables(found: dict[str, list[dict[str, Any]]]) -> dict[str, str]:
     every = [own for run in found.values() for own in run]
     head = ["run", *HEAD, *TOLD]
     body = [
-        [f"[{RUNS[name]}](data/{name}.json)", len(run), *_counts(run)]
+        [f"[{RUNS[name]}](../../data/{name}.json)", len(run), *_counts(run)]
         for name, run in found.items()
     ]
     kinds = [

@@ -20,7 +20,7 @@ def test_groups_that_move_are_said_to_and_no_others(seed: int) -> None:
 
 def test_the_page_tells_what_was_measured() -> None:
     found = json.loads((DOCS / "data" / "movable-groups.json").read_text())
-    page = (DOCS / "homotopy.md").read_text(encoding="utf-8")
+    page = (DOCS / "theory/evidence/assembly-modes.md").read_text(encoding="utf-8")
     assert found["wrong"] == []
     longest = max(found[family]["seconds_most"] for family in FAMILIES)
     assert f"{found['groups']} groups drawn to move are all said to, after {longest} s" in page

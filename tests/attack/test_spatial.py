@@ -213,6 +213,6 @@ def test_a_plate_whose_sketch_is_a_pose_is_found_where_the_search_fails() -> Non
 
 
 def test_the_page_tells_what_the_runs_have_found() -> None:
-    text = (DATA.parent / "honesty.md").read_text("utf-8")
+    text = (DATA.parent / "theory/evidence/honesty.md").read_text("utf-8")
     assert page(text, tables(runs()) | of_vectors(vectors_found())) == text
     assert "| **all** |" in text

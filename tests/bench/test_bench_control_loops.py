@@ -29,7 +29,7 @@ LOOPS = {"five-bar": 100.0, "excavator": 100.0, "hexapod": 300.0}
 
 
 def test_page_shows_what_was_measured() -> None:
-    text = (DOCS / "solver.md").read_text(encoding="utf-8")
+    text = (DOCS / "theory/evidence/solver.md").read_text(encoding="utf-8")
     assert text.split(BEGIN)[1].split(END)[0].strip() == page(RECORDS).strip()
     assert [row["name"] for row in RECORDS] == [arm.name for arm in arms()]
     assert sum(row["jumps"]["calls"] for row in RECORDS) >= 100_000

@@ -148,7 +148,8 @@ def test_four_bars_drawn_at_random() -> None:
 def test_the_page_has_the_figures() -> None:
     root = Path(__file__).parents[2] / "docs"
     found = json.loads((root / "data" / "near-crossings.json").read_text(encoding="utf-8"))
-    assert near_crossings.sentence(found) in (root / "theory.md").read_text(encoding="utf-8")
+    page = (root / "theory/evidence/assembly-modes.md").read_text(encoding="utf-8")
+    assert near_crossings.sentence(found) in page
     assert found["ok_and_wrong"] == 0
 
 

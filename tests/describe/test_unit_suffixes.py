@@ -150,7 +150,7 @@ def test_an_arc_may_be_a_radius_times_an_angle() -> None:
 
 
 def test_the_table_of_the_documentation_is_that_of_the_code() -> None:
-    text = (ROOT / "docs/problem-file.md").read_text(encoding="utf-8")
+    text = (ROOT / "docs/reference/problem-file.md").read_text(encoding="utf-8")
     lines = text.split("| suffix | of | one is |")[1].split("\n\n")[0].splitlines()[2:]
     shown = [[cell.strip() for cell in line.strip("| ").split("|")] for line in lines]
     assert [row[:2] for row in shown] == [[f"`{own.suffix}`", own.of] for own in TABLE]

@@ -42,7 +42,9 @@ def test_random_mechanisms(first):
 def test_figures_on_record():
     figures = json.loads(FIGURES.read_text(encoding="utf-8"))
     assert figures["random"]["diagrams"] == 500
-    assert table(figures) in (FIGURES.parent.parent / "symbols.md").read_text(encoding="utf-8")
+    assert table(figures) in (FIGURES.parent.parent / "theory/evidence/labels.md").read_text(
+        encoding="utf-8"
+    )
     assert set(COUNTS) <= set(figures["problems"])
     assert not figures["covered"]["problems"]
     for entry in (figures["problems"], figures["random"]):

@@ -13,7 +13,7 @@ TABLE = json.loads((FIGURES / "exports.json").read_text(encoding="utf-8"))
 
 
 def test_page_shows_what_was_measured() -> None:
-    text = (DOCS / "exchange.md").read_text(encoding="utf-8")
+    text = (DOCS / "theory/evidence/exchange.md").read_text(encoding="utf-8")
     assert text.split(BEGIN)[1].split(END)[0].strip() == written(TABLE).strip()
     gaps = [own["closure"] for own in TABLE.values() if own.get("closure") is not None]
     assert len(gaps) >= 20

@@ -16,7 +16,7 @@ ROW = re.compile(r"^\| (.+?) \| (.+?) \| `([^`]+)` \|$", re.M)
 
 def rows() -> dict[str, str]:
     """Return what is not given -> what the result says, of the table in the documentation."""
-    text = (DOCS / "forces.md").read_text(encoding="utf-8")
+    text = (DOCS / "reference/forces.md").read_text(encoding="utf-8")
     table = text.split("| not given |")[1].split("\n\n")[0]
     return {given.replace("`", ""): said for given, _, said in ROW.findall(table)}
 

@@ -16,7 +16,7 @@ import mechdae as md
 from mechdae import cli
 from mechdae.describe.values import Value
 from mechdae.records import Record
-from tests.shared.paths import ROOT
+from tests.shared.paths import ROOT, document_pages
 
 CLASSES = [
     cls
@@ -62,7 +62,7 @@ def test_what_documents_use_is_listed() -> None:
     things["mechanism"] = problem.mechanism
     of_kinds = {name for cls in CLASSES if issubclass(cls, md.Result) for name in fields(cls)}
     found = 0
-    for path in (ROOT / "docs").glob("*.md"):
+    for path in document_pages():
         text = path.read_text(encoding="utf-8")
         for block in re.findall(r"```python\n.*?```|`[^`\n]+`", text.replace(".py", ""), re.S):
             for name, thing in things.items():

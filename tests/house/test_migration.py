@@ -14,7 +14,7 @@ import mechdae as md
 from mechdae.describe.file.load import from_dict
 from tests.shared.paths import ROOT
 
-TEXT = (ROOT / "docs/migration.md").read_text(encoding="utf-8")
+TEXT = (ROOT / "docs/how-to/migration.md").read_text(encoding="utf-8")
 
 
 def shown() -> list[list[float]]:
@@ -40,6 +40,6 @@ def test_the_code_of_pylinkage_prints_what_is_shown() -> None:
     assert block is not None
     out = io.StringIO()
     with contextlib.redirect_stdout(out):
-        exec(compile(block[1], "docs/migration.md", "exec"), {})
+        exec(compile(block[1], "docs/how-to/migration.md", "exec"), {})
     printed = [[float(word) for word in line.split()] for line in out.getvalue().splitlines()]
     assert np.array(printed) == pytest.approx(np.array(shown()), abs=2e-6)

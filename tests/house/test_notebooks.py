@@ -18,13 +18,13 @@ def cells(kind: str, data: dict[str, Any]) -> list[str]:
 
 def test_there_are_six_with_a_title_and_no_outputs() -> None:
     assert len(NOTEBOOKS) == 6
-    page = (DOCS / "notebooks.md").read_text(encoding="utf-8")
+    page = (DOCS / "tutorials/notebooks.md").read_text(encoding="utf-8")
     for path in NOTEBOOKS:
         data = json.loads(path.read_text(encoding="utf-8"))
         assert data["nbformat"] == 4
         assert cells("markdown", data)[0].startswith("# ")
         assert not any(cell.get("outputs") for cell in data["cells"])
-        assert f"(notebooks/{path.name})" in page
+        assert f"(../notebooks/{path.name})" in page
 
 
 @pytest.mark.slow

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 import mechdae as md
-from tests.shared.paths import ROOT
+from tests.shared.paths import ROOT, document_pages
 
 sys.path.insert(0, str(ROOT / "docs"))
 import make_site
@@ -26,10 +26,21 @@ def staged(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def test_every_page_is_in_the_contents_of_the_site(staged: Path) -> None:
     contents = (staged / "index.md").read_text(encoding="utf-8")
-    for page in [*(ROOT / "docs").glob("*.md"), ROOT / "CHANGELOG.md"]:
+    for page in [*document_pages(), ROOT / "CHANGELOG.md"]:
         name = str(page.relative_to(ROOT).with_suffix(""))
         assert name == "docs/index" or f"\n{name}\n" in contents, name
     assert "Tour <README>" in contents
+
+
+def test_former_names_of_pages_lead_on(tmp_path: Path) -> None:
+    stage.redirects(tmp_path)
+    former = sorted((tmp_path / "docs").glob("**/*.html"))
+    assert len(former) > 30
+    for page in former:
+        (link,) = re.findall(r"url=([^\"]+)", page.read_text(encoding="utf-8"))
+        today = (page.parent / link).resolve().relative_to(tmp_path.resolve())
+        assert (ROOT / today.with_suffix(".md")).exists(), link
+        assert not (ROOT / page.relative_to(tmp_path).with_suffix(".md")).exists(), page.name
 
 
 def test_files_that_pages_link_to_are_there(staged: Path) -> None:

@@ -12,7 +12,7 @@ FIGURES = json.loads((ROOT / "docs/data/found-linkages.json").read_text(encoding
 
 
 def test_the_page_tells_what_was_measured():
-    text = (ROOT / "docs/editor.md").read_text(encoding="utf-8")
+    text = (ROOT / "docs/theory/evidence/finding-linkages.md").read_text(encoding="utf-8")
     assert found_linkages.sentence(FIGURES) in text
     assert found_linkages.table(FIGURES) in text
 

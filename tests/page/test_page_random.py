@@ -166,7 +166,7 @@ def read(name):
 def test_the_long_run_found_nothing():
     figures = read("page-honesty")
     assert figures["faults"] == []
-    text = (ROOT / "docs/page.md").read_text(encoding="utf-8")
+    text = (ROOT / "docs/theory/evidence/live-page.md").read_text(encoding="utf-8")
     for word in ("mechanisms", "live", "certified", "sets"):
         assert f"{figures[word]} {word}" in text
     assert f"{figures['set_poses']} poses anew" in text
@@ -185,7 +185,7 @@ def test_the_long_run_found_nothing():
 
 def test_drivers_moved_at_random_are_those_of_python():
     figures = read("page-drivers")["summary"]
-    text = (ROOT / "docs/page.md").read_text(encoding="utf-8")
+    text = (ROOT / "docs/theory/evidence/live-page.md").read_text(encoding="utf-8")
     assert figures["other"] == 0
     assert figures["worst"] < 1e-9
     assert f"{figures['sets']} sets of dimensions, with each" in text
@@ -193,7 +193,7 @@ def test_drivers_moved_at_random_are_those_of_python():
 
 
 def test_who_opens_no_page_pays_nothing_for_it():
-    text = (ROOT / "docs/page.md").read_text(encoding="utf-8")
+    text = (ROOT / "docs/theory/evidence/live-page.md").read_text(encoding="utf-8")
     for name, own in read("page-cost").items():
         assert own["ratio"] <= 1.05
         assert f"`{name}` {own['ratio']:.2f}" in text
@@ -202,7 +202,7 @@ def test_who_opens_no_page_pays_nothing_for_it():
 def test_the_measured_pages_are_as_good_as_the_page_says():
     """The committed figures hold what is asked of pages, and the documentation repeats them."""
     numbers, bars, browsers = read("page-numbers")["summary"], read("page-bars"), read("browsers")
-    text = (ROOT / "docs/page.md").read_text(encoding="utf-8")
+    text = (ROOT / "docs/theory/evidence/live-page.md").read_text(encoding="utf-8")
     assert numbers["trusted"] == numbers["live"]
     assert numbers["differ"] == numbers["other"] == numbers["unnamed"] == 0
     assert max(numbers["gap"], numbers["position"]) < 1e-12

@@ -43,7 +43,7 @@ def test_bounds_in_balls_are_no_larger(family: str) -> None:
 def test_page_tells_how_many_were_compared() -> None:
     """None larger, no certificate refused, and the numbers are those of the page."""
     found = json.loads((ROOT / "docs" / "data" / "bounds-in-balls.json").read_text())
-    page = (ROOT / "docs" / "certificates.md").read_text(encoding="utf-8")
+    page = (ROOT / "docs" / "theory/evidence/certificates.md").read_text(encoding="utf-8")
     assert found["larger"] == found["refused"] == 0
     assert found["faults"] == found["given_up"] == []
     numbers = [found[key] for key in ("mechanisms", "poses", "larger", "written", "refused")]

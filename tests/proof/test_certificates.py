@@ -223,7 +223,7 @@ def test_without_balls_it_is_said_what_to_install(tmp_path: Path) -> None:
 
 def test_page_tells_what_was_measured() -> None:
     found = json.loads((ROOT / "docs" / "data" / "certificates.json").read_text())
-    page = (ROOT / "docs" / "certificates.md").read_text(encoding="utf-8")
+    page = (ROOT / "docs" / "theory/evidence/certificates.md").read_text(encoding="utf-8")
     assert found["alterations"]["passed"] == []
     (refused,) = found["refused"]
     assert (refused["problem"], refused["task"]) == ("five-rod-suspension", "modes")
@@ -241,7 +241,7 @@ def test_page_tells_what_was_measured() -> None:
 
 def test_page_tells_what_was_measured_in_space() -> None:
     found = json.loads((ROOT / "docs" / "data" / "certificates.json").read_text())
-    page = (ROOT / "docs" / "certificates.md").read_text(encoding="utf-8")
+    page = (ROOT / "docs" / "theory/evidence/certificates.md").read_text(encoding="utf-8")
     (line,) = (line for line in page.splitlines() if line.startswith("Of spatial problems `"))
     names = line.split("`")[1::2]
     assert all(md.load(name).mechanism.dimension == 3 for name in names)
@@ -258,7 +258,7 @@ def test_page_tells_what_was_measured_in_space() -> None:
 
 def test_page_tells_what_solving_costs_without_certificates() -> None:
     found = json.loads((ROOT / "docs" / "data" / "without-certify.json").read_text())
-    page = (ROOT / "docs" / "certificates.md").read_text(encoding="utf-8")
+    page = (ROOT / "docs" / "theory/evidence/certificates.md").read_text(encoding="utf-8")
     rows = found["rows"]
     problems = len({row["problem"] for row in rows})
     assert f"compares {len(rows)} tasks of {problems} problems" in page

@@ -60,7 +60,7 @@ def test_page_tells_what_became_of_lists() -> None:
     count, weaker = found["count"], found["weaker_claims"]
     (passed,) = found["passed"]
     assert passed.startswith("seals: moved ('groups',): 8 modes, and no others")
-    page = (ROOT / "docs" / "certificates.md").read_text(encoding="utf-8")
+    page = (ROOT / "docs" / "theory/evidence/certificates.md").read_text(encoding="utf-8")
     assert f"Of {count} alterations of lists, in certificates of all kinds" in page
     assert f"{count - weaker - 1} are refused; {weaker} leave a weaker claim" in page
 

@@ -216,7 +216,7 @@ def test_numbers_that_do_not_fit_have_no_closed_form() -> None:
 def test_page_tells_what_became_of_alterations() -> None:
     data = json.loads((ROOT / "docs" / "data" / "certificates.json").read_text())
     found = data["alterations_in_the_plane"]
-    page = (ROOT / "docs" / "certificates.md").read_text(encoding="utf-8")
+    page = (ROOT / "docs" / "theory/evidence/certificates.md").read_text(encoding="utf-8")
     unseen = len(found["seen_beside_the_problem"])
     assert found["passed"] == []
     assert f"Of {found['count']} alterations planted in certificates of change points" in page

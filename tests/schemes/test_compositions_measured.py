@@ -42,4 +42,4 @@ def test_hypervolumes_are_those_of_the_points_and_ours_are_larger(other: str) ->
 
 def test_the_page_has_what_was_measured() -> None:
     table = runpy.run_path(str(DOCS / "make_compositions.py"))["table"]()
-    assert table in (DOCS / "schemes.md").read_text(encoding="utf-8")
+    assert table in (DOCS / "theory/evidence/compositions.md").read_text(encoding="utf-8")

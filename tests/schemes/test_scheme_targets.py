@@ -65,7 +65,7 @@ def checked_file(design):
 
 def on_page(name, number, digits, unit) -> None:
     """Compare a number of the table of the page."""
-    rows = (DOCS / "schemes.md").read_text(encoding="utf-8").splitlines()
+    rows = (DOCS / "theory/evidence/compositions.md").read_text(encoding="utf-8").splitlines()
     row = next(line for line in rows if line.startswith(f"| {name}"))
     assert f"{number:.{digits}g}{unit}" in row.split("|")[3]
 
@@ -288,7 +288,7 @@ def test_schemes_with_slides_of_four_links_by_hand() -> None:
     assert {own.text for own in schemes_of(4, 1, "slide", True)} == {"F C F S1.2 *3"}
     six = [own for place in (1, 2) for own in schemes_of(6, place, "path", True)]
     eight = [own for place in range(1, 17) for own in schemes_of(8, place, "path", True)]
-    page = (DOCS / "schemes.md").read_text(encoding="utf-8")
+    page = (DOCS / "how-to/schemes.md").read_text(encoding="utf-8")
     assert f"of six {len(six)}, of eight {len(eight)}, in place of 1, 11 and 124" in page
     for own in six:
         assert len(own.links) == 6

@@ -1,6 +1,6 @@
 """Exports of all predefined problems, read by other programs and compared at 200 poses.
 
-python -m tests.scripts.exports --out docs/data/exports.json --page docs/exchange.md [NAMES]
+python -m tests.scripts.exports --out docs/data/exports.json [NAMES]
 """
 
 from __future__ import annotations

@@ -1,6 +1,7 @@
 """What the editor finds, measured in Chromium: random four-bars' curves, closed curves, letters.
 
-``python -m tests.scripts.found_linkages --out docs/data/found-linkages.json --page docs/editor.md``
+``python -m tests.scripts.found_linkages --out docs/data/found-linkages.json --page PAGE`` writes
+the table of docs/theory/evidence/finding-linkages.md.
 Times are processor seconds of the page's thread. Errors are Hausdorff's distance from the wanted
 curve as a share of its larger side, of the way that the page's solver follows. Beside the six
 curves of `benchmarks/compositions.py` and the outlines of six letters (DejaVu Sans) stands what
@@ -38,6 +39,7 @@ HEAD = (
     "| distance | of compositions |"
 )
 MARK = "<!-- found -->\n"
+END = "<!-- end of found -->"
 COMPOSED = ROOT / "docs/data/compositions.json"
 
 
@@ -200,9 +202,9 @@ def main():
     if options.page:
         text = options.page.read_text(encoding="utf-8")
         before, rest = text.split(MARK, 1)
-        after = rest.split("\n\nAll of it", 1)[1]
-        made = f"{MARK}{sentence(figures)}\n\n{table(figures)}"
-        options.page.write_text(f"{before}{made}\n\nAll of it{after}", encoding="utf-8")
+        after = rest.split(END, 1)[1]
+        made = f"{MARK}{sentence(figures)}\n\n{table(figures)}\n\n{END}"
+        options.page.write_text(before + made + after, encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -1,7 +1,7 @@
 """Counts what the labels of diagrams cover: predefined problems and random mechanisms.
 
     python -m tests.scripts.labelling --count 500 --seed 0 --out docs/data/labels.json
-    python -m tests.scripts.labelling --out docs/data/labels.json --page docs/symbols.md
+    python -m tests.scripts.labelling --out docs/data/labels.json --page PAGE
 
 A label is the ink of a letter, or the disc of a number. It covers another label where the two
 have a common area; a link or a symbol where a line of it, with its width, or its area comes

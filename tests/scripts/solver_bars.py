@@ -1,6 +1,6 @@
 """What a warm call of `md.Solver` costs beside the yardstick, and how far it is from a fresh one.
 
-    python -m tests.scripts.solver_bars --out docs/data/solver.json --page docs/solver.md
+    python -m tests.scripts.solver_bars --out docs/data/solver.json --page PAGE
 
 Every round takes each case in turn, three calls, and the yardstick (the closed form of the
 four-bar in NumPy, same number of poses) next to it; what is told are medians over the rounds, in

@@ -9,3 +9,9 @@ DATA = ROOT / "tests" / "data"
 DOCS = ROOT / "docs"
 FIGURES = DOCS / "data"
 PROBLEMS = ROOT / "problems"
+
+
+def document_pages() -> list[Path]:
+    """Return the pages of the documentation, in all of its folders."""
+    pages = DOCS.glob("**/*.md")
+    return sorted(page for page in pages if "website" not in page.relative_to(DOCS).parts)

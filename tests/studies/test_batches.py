@@ -173,12 +173,14 @@ def test_sets_screened_in_parts_are_those_screened_at_once(monkeypatch) -> None:
 
 def test_the_page_shows_what_was_measured() -> None:
     records = json.loads((DOCS / "data/studies.json").read_text(encoding="utf-8"))
-    assert measured(records) in (DOCS / "studies.md").read_text(encoding="utf-8")
+    assert measured(records) in (DOCS / "theory/evidence/solver.md").read_text(encoding="utf-8")
     assert all(own["error"] < 1e-13 and own["screened_error"] < 1e-12 for own in records)
 
 
 def test_the_page_shows_measures_and_forces() -> None:
     records = json.loads((DOCS / "data/batches.json").read_text(encoding="utf-8"))
-    assert measures_and_forces(records) in (DOCS / "studies.md").read_text(encoding="utf-8")
+    assert measures_and_forces(records) in (DOCS / "theory/evidence/solver.md").read_text(
+        encoding="utf-8"
+    )
     assert all(own["error"] < 1e-12 for own in records)
     assert all(own["per_second"] > own["one_by_one"] for own in records)

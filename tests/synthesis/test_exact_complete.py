@@ -85,7 +85,7 @@ def test_what_is_stored_of_nine_points_is_whole() -> None:
     assert nine["bent"] == found.bent < 1e-8
     assert nine["bent_without_one"] > 1e4 * nine["bent"]
     assert five["solutions"] == 36
-    page = (ROOT / "docs" / "homotopy.md").read_text(encoding="utf-8")
+    page = (ROOT / "docs" / "theory/evidence/assembly-modes.md").read_text(encoding="utf-8")
     for own, words in ((nine, "nine points"), (five, "five points, both fixed pivots")):
         row = (
             words, own["solutions"], f"{own['bent']:.1g}", f"{own['bent_without_one']:.1g}",

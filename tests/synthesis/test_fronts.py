@@ -183,7 +183,7 @@ def test_two_workers_give_the_same_bits(problem: Any, result: Any) -> None:
 
 def test_the_table_of_the_docs_is_what_was_measured() -> None:
     records = json.loads((ROOT / "docs/data/fronts.json").read_text(encoding="utf-8"))["records"]
-    text = (ROOT / "docs/synthesis.md").read_text(encoding="utf-8")
+    text = (ROOT / "docs/theory/evidence/synthesis.md").read_text(encoding="utf-8")
     shown = text.partition("<!-- fronts -->\n")[2].partition("<!-- end of fronts -->")[0]
     assert shown.splitlines() == benchmark.table(records)
     assert [own["problem"] for own in records] == benchmark.ORDER

@@ -61,7 +61,7 @@ def test_committed_samples_are_within_one_percent() -> None:
 
 
 def test_the_table_of_the_docs_is_the_committed_one() -> None:
-    text = (ROOT / "docs/synthesis.md").read_text(encoding="utf-8")
+    text = (ROOT / "docs/theory/evidence/synthesis.md").read_text(encoding="utf-8")
     table = text.partition("<!-- robust -->\n")[2].partition("<!-- end of robust -->")[0]
     assert table.splitlines() == [
         f"| {r['case']} | {r['scale']:g} | {r['nominal']:.5g} | {r['sigma']:.4g} "

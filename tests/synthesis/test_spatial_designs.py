@@ -282,7 +282,7 @@ def test_the_best_transmission_of_an_rssr() -> None:
     grid = [least_index(*pair) for pair in pairs]
     assert best["objective"] > np.arcsin(max(grid))
     assert best["transmission_angle_min"] == pytest.approx(best["objective"], rel=1e-12)
-    assert np.degrees(best["objective"]) == pytest.approx(50.1368, abs=1e-4)  # docs/synthesis.md
+    assert np.degrees(best["objective"]) == pytest.approx(50.1368, abs=1e-4)
 
 
 def test_a_least_transmission_angle_in_space_is_kept() -> None:
@@ -294,7 +294,7 @@ def test_a_least_transmission_angle_in_space_is_kept() -> None:
     best = synthesize(problem, "design", problem.tasks["design"], starts=6).data["designs"][0]
     assert not best["defects"]
     assert np.degrees(best["transmission_angle_min"]) == pytest.approx(35, abs=1e-4)
-    assert best["objective"] == pytest.approx(1.54e-5, abs=1e-7)  # docs/synthesis.md
+    assert best["objective"] == pytest.approx(1.54e-5, abs=1e-7)
     p = best["parameters"]
     u = np.linspace(0, 2 * np.pi, 721)
     axis = (np.sin(p["tw"]), 0, np.cos(p["tw"]))

@@ -249,7 +249,7 @@ def counted(m: ClaimedMechanism, groups: list[list[str]]) -> int:
             raise UnavailableError(
                 "no certificate is written of modes of a group whose poses no theorem of the "
                 f"checker counts: {', '.join(group)}",
-                hint="docs/certificates.md lists the groups that are counted",
+                hint="docs/theory/certificates.md lists the groups that are counted",
             )
     return count.most
 
