@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
 from pathlib import Path as FilePath
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -16,7 +16,7 @@ from mechdae.describe.values import Number, names
 from mechdae.design.derivatives.function import function
 from mechdae.errors import InputError, UnknownName
 from mechdae.motion.kinematics.near_poses import NearPoses, near_poses
-from mechdae.motion.kinematics.pose_arrays import PoseArrays, PoseState
+from mechdae.motion.kinematics.pose_arrays import PoseArrays, PoseState, floats
 from mechdae.motion.kinematics.poses import Posed, posed
 from mechdae.motion.kinematics.poses import tracker as tracker_of
 from mechdae.motion.kinematics.shapes import CacheOwner, keep_for
@@ -25,6 +25,9 @@ from mechdae.results import Result, StudyResult
 from mechdae.tasks.parameter_studies import study
 from mechdae.tasks.solve import solve
 from mechdae.types import Floats, Graph
+
+if TYPE_CHECKING:
+    from mechdae.tasks.pose_sets import RowsOfSets
 
 
 class Solver:
@@ -76,6 +79,7 @@ class Solver:
         self._posed: tuple[dict[str, Number], Posed | Tracker] | None = None
         self._tracker: Tracker | None = None
         self._near: tuple[tuple[str, ...], NearPoses | None] | None = None
+        self._rows: RowsOfSets | None = None
 
     def __reduce__(self) -> Any:
         return Solver, (self.problem, self.name, self.vary)
@@ -105,7 +109,9 @@ class Solver:
             return solve(self.problem, self.name, set=_merged(values, more))
 
     def poses(
-        self, values: Mapping[str, Number] | None, u: Floats | list[float] | float
+        self,
+        values: Mapping[str, Number | Floats | Sequence[float]] | Floats | None,
+        u: Floats | Sequence[float] | float,
     ) -> PoseArrays:
         """Return one or many poses as arrays, without a report.
 
@@ -113,6 +119,7 @@ class Solver:
         ----------
         values
             As of a call; calls with the same values one after another follow the same path on.
+            Arrays (n,) by name, or rows (n, p) in the order of `vary`, are a set for each row.
         u : float, (n,) or (n, nd) array
             Values of the driver, or of several in the order of the task, each row for itself.
             Poses of several drivers are reached on the straight line from the sketch's values;
@@ -122,12 +129,37 @@ class Solver:
         ------
         InputError
             The task is no sweep, or `u` has not as many columns as there are drivers, or holds no
-            value; with a single driver also values that are not finite.
+            value; with a single driver also values that are not finite. With a set for each row:
+            another number of rows.
         SolveError
-            The mechanism cannot be assembled at its sketch.
+            The mechanism cannot be assembled at its sketch. With a set for each row nothing is
+            raised for one: it is ``unassembled``, and ``faults`` says why.
+
+        Examples
+        --------
+        >>> import mechdae as md
+        >>> solver = md.Solver("four-bar-crank-rocker", "turn", vary=["b"])
+        >>> poses = solver.poses({"b": [0.119, 0.12, float("nan")]}, 0.5)
+        >>> poses.status.tolist(), poses["bodies/rocker/angle"].shape
+        (['ok', 'ok', 'unassembled'], (3,))
         """
-        task, numbers = self._sweep(), _merged(values, {})
-        last, places = self._posed, np.atleast_1d(_floats(u, "u"))
+        if values is not None and (not isinstance(values, Mapping) or _is_many(values)):
+            return self._poses_of_sets(values, u)
+        return self._poses(_merged(values, {}), np.atleast_1d(floats(u, "u")))
+
+    def _poses_of_sets(self, values: object, u: object) -> PoseArrays:
+        """Return poses with a set of numbers for each row."""
+        from mechdae.tasks.pose_sets import RowSets, RowsOfSets
+
+        if self._rows is None:
+            self._rows = RowsOfSets(self.problem, self._sweep(), self._poses)
+        with keep_for(self._held):
+            return self._rows.at(RowSets(self.problem, self.vary, values), floats(u, "u"))
+
+    def _poses(self, numbers: dict[str, Number], places: Floats) -> PoseArrays:
+        """Return poses with one set of numbers."""
+        task = self._sweep()
+        last = self._posed
         if last is None or last[0] != numbers:
             found = self._near_pose(task, numbers, places) if last is not None else None
             if found is not None:
@@ -181,8 +213,8 @@ class Solver:
         else:
             node = pose.node
         rates = {"speed": speed, "acceleration": acceleration}
-        given = [None if rate is None else _floats(rate, name) for name, rate in rates.items()]
-        return node.tracker.moved(node, _floats(u, "u"), *given)
+        given = [None if rate is None else floats(rate, name) for name, rate in rates.items()]
+        return node.tracker.moved(node, floats(u, "u"), *given)
 
     def _first(self) -> PoseState:
         """Return the pose of the sketch, with the problem's numbers."""
@@ -267,15 +299,12 @@ class Solver:
         return function(self.problem, self.name, inputs=whole, outputs=outputs)
 
 
-def _floats(values: object, where: str) -> Floats:
-    """Return what is given for numbers as an array."""
-    try:
-        return np.asarray(values, float)
-    except (TypeError, ValueError):
-        raise InputError(f"numbers are needed, not {values!r}", where=where) from None
+def _is_many(values: Mapping[str, Any]) -> bool:
+    """Return whether numbers are given for each row."""
+    return any(not isinstance(value, str) and np.ndim(value) for value in values.values())
 
 
-def _merged(values: Mapping[str, Number] | None, more: Mapping[str, Number]) -> dict[str, Number]:
+def _merged(values: Mapping[str, Any] | None, more: Mapping[str, Number]) -> dict[str, Number]:
     if values is not None and not isinstance(values, Mapping):
         raise InputError(f"names and their numbers are needed, not {values!r}", where="set")
     return {**(values or {}), **more}

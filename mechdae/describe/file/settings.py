@@ -46,23 +46,39 @@ def with_values(problem: Problem, changes: Mapping[str, Number]) -> Problem:
     for name, value in changes.items():
         if name in sizes:
             continue
-        try:
-            base, numbers[base] = in_si(mechanism, problem.tasks, known, name, value)
-            if base not in known:
-                mechanism.with_values({base: numbers[base]})  # says what there is
-        except MechdaeError as error:
-            error.where = f"set {name}"
-            if isinstance(error, UnknownName) and sizes and not error.hint:
-                error.hint = f"the sizes are {', '.join(sizes)}"
-            if isinstance(error, UnknownName):
-                error.hint = unit_meant(name, known) or error.hint
-            raise error from None
+        base, number = settable(problem, known, name, value)
+        numbers[base] = number
     if not numbers:
         return problem
     pattern = problem.pattern
     for base, value in numbers.items():
         pattern = pattern and pattern.with_number(base, value)
     return _revalued(problem, _changed(mechanism, numbers), pattern)
+
+
+def settable(
+    problem: Problem, known: Collection[str], name: str, value: Number
+) -> tuple[str, Number]:
+    """Return name and value in SI of a number that is set, of the `known` names; see `in_si`.
+
+    Raises
+    ------
+    UnknownName
+        Neither a parameter nor an automatic name.
+    """
+    mechanism, sizes = problem.mechanism, problem.sizes
+    try:
+        base, number = in_si(mechanism, problem.tasks, known, name, value)
+        if base not in known:
+            mechanism.with_values({base: number})  # says what there is
+    except MechdaeError as error:
+        error.where = f"set {name}"
+        if isinstance(error, UnknownName) and sizes and not error.hint:
+            error.hint = f"the sizes are {', '.join(sizes)}"
+        if isinstance(error, UnknownName):
+            error.hint = unit_meant(name, known) or error.hint
+        raise error from None
+    return base, number
 
 
 def in_si(

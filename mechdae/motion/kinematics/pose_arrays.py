@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import field
 from typing import Protocol
 
 import numpy as np
@@ -12,7 +13,7 @@ from mechdae.motion.continuation.evaluate import Poses
 from mechdae.motion.kinematics.one_pose import ProvedPoses
 from mechdae.motion.kinematics.prepared import Setting
 from mechdae.records import dataclass
-from mechdae.types import Booleans, Floats, Points, Texts
+from mechdae.types import Booleans, Floats, Integers, Points, Texts
 
 STATUSES = np.array(["unassembled", "limit", "ok"])
 """What poses are that are not found, limit positions, proved."""
@@ -57,6 +58,8 @@ class PoseArrays:
     condition : (n,) array
     node : PoseState or None
         Of a single pose of several drivers: where the next one begins.
+    faults : dict
+        Row -> why it has no pose, of rows whose numbers make no mechanism or do not assemble.
     """
 
     u: Floats
@@ -68,6 +71,7 @@ class PoseArrays:
     _y: list[Floats]
     _slopes: Callable[[], list[Floats]]
     node: PoseState | None = None
+    faults: Mapping[int, str] = field(default_factory=dict)
 
     def __getitem__(self, path: str) -> Floats:
         """Return a series: ``points/rod.B/position`` (n, 2), ``bodies/rod/angle`` (n,).
@@ -125,3 +129,41 @@ def of_certified(
     n = len(found.condition)
     ok, status = np.ones(n, bool), STATUSES[np.full(n, 2)]
     return PoseArrays(u, ok, status, found.error, found.condition, setting, y, slopes, node)
+
+
+def of_rows(
+    u: Floats,
+    parts: Sequence[tuple[Integers, PoseArrays]],
+    setting: Setting,
+    orders: int,
+    faults: Mapping[int, str],
+) -> PoseArrays:
+    """Return the arrays (n, ...) of poses computed in parts; rows of no part are unassembled."""
+    ok, status = np.zeros(len(u), bool), STATUSES[np.zeros(len(u), int)]
+
+    def whole(read: Callable[[PoseArrays], Floats], *shape: int) -> Floats:
+        result = np.full((len(u), *shape), np.nan)
+        for rows, part in parts:
+            result[rows] = read(part)
+        return result
+
+    graphs, width = setting.graphs, setting.outputs.expression.numel()
+    for rows, part in parts:
+        ok[rows], status[rows] = part.ok, part.status
+    y = [whole(lambda part, k=k: part._y[k], width) for k in range(orders)]  # type: ignore[misc]
+
+    def slopes() -> list[Floats]:
+        each = whole(lambda part: np.stack(part._slopes(), axis=1), graphs.nu, width)
+        return [each[:, k] for k in range(graphs.nu)]
+
+    error = whole(lambda part: part.error, graphs.nx)
+    condition = whole(lambda part: part.condition)
+    return PoseArrays(u, ok, status, error, condition, setting, y, slopes, faults=faults)
+
+
+def floats(values: object, where: str) -> Floats:
+    """Return what is given for numbers as an array."""
+    try:
+        return np.asarray(values, float)
+    except (TypeError, ValueError):
+        raise InputError(f"numbers are needed, not {values!r}", where=where) from None

@@ -98,7 +98,7 @@ class SeriesBatch:
         self.unread = [path for path, reading in zip(outputs, read, strict=True) if reading is None]
         self.read = [reading for reading in read if reading is not None]
         self.series = [reading for reading in self.read if isinstance(reading, SeriesReading)]
-        self.asked = Asked((*((s.order, s.columns) for s in self.series), *self._more()))
+        self.asked = self._asked()
         self.why_not = self._why_not()
 
     def _prepared(self) -> Setting:
@@ -106,6 +106,10 @@ class SeriesBatch:
 
     def _reading(self, path: str) -> Reading | None:
         return reading_of(path, self.setting.outputs, self.task)
+
+    def _asked(self) -> Asked:
+        """Return orders and columns that are needed at poses."""
+        return Asked((*((s.order, s.columns) for s in self.series), *self._more()))
 
     def _more(self) -> tuple[tuple[int, tuple[int, ...]], ...]:
         """Return orders and columns that are needed at poses beside what is asked for."""
@@ -206,16 +210,8 @@ class SeriesBatch:
         """Write series of lanes into the table; return which are left, whole poses, steps."""
         g, setting = self.setting.graphs, self.setting
         is_angle = setting.plan.coordinates[0].is_angle
-        scale, s = numbers.scale[lanes], s[lanes]
-        size = np.ones(len(lanes)) if is_angle else scale
-        margin = 4 * (np.pi if is_angle else float(scale.max()))
-        size_u = np.array([max(np.abs(values).max(), np.abs(s).max()) + margin])
-        consts, mu, size_x = bounds_of(g, numbers, lanes, size_u)
-        largest = 2 * np.pi / NODES_PER_TURN * size
-        march = LaneFollower(g, self.modes.form, consts, size_x, scale, largest)
-        trace, ends = march.begin(starts.x[lanes], s)
-        other = march.sign != starts.sign[lanes].T
-        trace.left |= other[self.modes.form.branches].any(axis=0)
+        march, trace, ends, lanes_of_run, mu = self._begun(numbers, lanes, starts, s[lanes], values)
+        largest, s = march.largest, s[lanes]
         around = [values + TURN * k for k in (-1, 0, 1)] if is_angle else [values]
         grid = np.unique(np.concatenate(around))
         every = np.arange(len(lanes))
@@ -230,14 +226,30 @@ class SeriesBatch:
         elif is_angle:
             self._the_other_way(march, trace, ends, values, grid)
         nodes = LaneNodes(trace, len(lanes), g.nx)
-        first = g.np + 1
-        parts = consts.T, consts.T[first : first + g.nb], consts.T[first + g.nb : first + 2 * g.nb]
-        lanes_of_run = Lanes(*parts, march.sign, np.ascontiguousarray(size_x.T))
         beta = np.full((g.nb, len(lanes), len(values)), np.nan) if self.forces else None
         y, complete = self.poses(lanes_of_run, nodes, trace, s, values, is_angle, beta)
         run = LaneRun(numbers, lanes, lanes_of_run, nodes, trace, largest, mu, beta, y, complete)
         self._write(table, run)
         return trace.left, complete, trace.steps
+
+    def _begun(
+        self, numbers: Numbers, lanes: Integers, starts: Starts, s: Floats, values: Floats
+    ) -> tuple[LaneFollower, Followed, FrontStates, Lanes, Floats]:
+        """Return what follows lanes from places `s` (k,), their traces, ends and numbers, mu."""
+        g, is_angle = self.setting.graphs, self.setting.plan.coordinates[0].is_angle
+        scale = numbers.scale[lanes]
+        size = np.ones(len(lanes)) if is_angle else scale
+        margin = 4 * (np.pi if is_angle else float(scale.max()))
+        size_u = np.array([max(np.abs(values).max(), np.abs(s).max()) + margin])
+        consts, mu, size_x = bounds_of(g, numbers, lanes, size_u)
+        largest = 2 * np.pi / NODES_PER_TURN * size
+        march = LaneFollower(g, self.modes.form, consts, size_x, scale, largest)
+        trace, ends = march.begin(starts.x[lanes], s)
+        unlike = march.sign != starts.sign[lanes].T
+        trace.left |= unlike[self.modes.form.branches].any(axis=0)
+        first = g.np + 1
+        parts = consts.T, consts.T[first : first + g.nb], consts.T[first + g.nb : first + 2 * g.nb]
+        return march, trace, ends, Lanes(*parts, march.sign, np.ascontiguousarray(size_x.T)), mu
 
     def _write(self, table: list[Floats], run: LaneRun) -> None:
         """Write what is asked for into the table; lanes that have to be solved alone are left."""

@@ -26,9 +26,13 @@ AT_ONCE = 16_384
 
 @dataclass(frozen=True)
 class Asked:
-    """What is asked of a pose: by path the order of the derivative and the columns of y."""
+    """What is asked of a pose: by path the order of the derivative and the columns of y.
+
+    With `bounds` those of the unknowns and the blocks' beta come before y.
+    """
 
     paths: tuple[tuple[int, tuple[int, ...]], ...]
+    bounds: bool = False
 
     @property
     def order(self) -> int:
@@ -137,7 +141,7 @@ class LanePoses:
 
     def __init__(self, graphs: Graphs, outputs: Outputs, form: ClosedForm, asked: Asked) -> None:
         self.graphs, self.form, self.asked = graphs, form, asked
-        key = ("poses of lanes", asked.order, tuple(asked.columns))
+        key = ("poses of lanes", asked.order, tuple(asked.columns), asked.bounds)
         self.pose: Batch = graphs.cache(key, lambda: Batch(_only(graphs, asked)))
         unknowns = graphs.scene.unknowns
         self.angles = unknowns.turns[:, None]
@@ -268,8 +272,9 @@ class LanePoses:
 def _only(graphs: Graphs, asked: Asked) -> Graph:
     """Return the pose kernel with what a study asks for: x, det, beta, eta^2, y, y', ..."""
     inputs = graphs.pose.sx_in()
-    x, _, det, beta, eta, *y = graphs.pose(*inputs)
-    chosen = [part[asked.columns] for part in y[: asked.order + 1]]
+    x, error, det, beta, eta, *y = graphs.pose(*inputs)
+    chosen = [error, beta] if asked.bounds else []
+    chosen += [part[asked.columns] for part in y[: asked.order + 1]]
     results = [x, det, beta, eta, ca.vertcat(*chosen)]
     return without_repeats("row", inputs, [ca.densify(part) for part in results])
 
