@@ -167,3 +167,34 @@ def work_gap(turned: bool) -> float:
         lean = lean - 2 * np.pi * np.round(lean / (2 * np.pi))
         worst = max(worst, float(np.abs(lean).max()), float(np.abs(x).max()))
     return worst
+
+
+def turned(problem: md.Problem, rng: np.random.Generator) -> md.Problem:
+    """Return a problem whose links but the driven ones have frames turned at random."""
+    mechanism = problem.mechanism
+    driven = {d.coordinate.split(".")[0] for task in problem.tasks.values()
+              for d in getattr(task, "all_drivers", ())}  # fmt: skip
+    by = {name: 0.0 if name in driven else float(rng.uniform(-3, 3)) for name in mechanism.bodies}
+    by["ground"] = 0.0
+    values = mechanism.values()
+    bodies = []
+    for name, body in mechanism.bodies.items():
+        back = np.exp(-1j * by[name])
+        places = {p: back * complex(*(values[f"{name}.{p}.{a}"] for a in "xy"))
+                  for p in body.points}  # fmt: skip
+        bodies.append(replace(body, points={p: (z.real, z.imag) for p, z in places.items()}))
+    joints = []
+    for joint in mechanism.joints.values():
+        first, second = joint.first_body, joint.second_body
+        changes: dict[str, float] = {}
+        if joint.guide or joint.slot:
+            changes["axis"] = values[f"{joint.name}.axis"] - by[first]
+        if joint.guide:
+            changes["turn"] = values[f"{joint.name}.turn"] + by[second] - by[first]
+        joints.append(replace(joint, **changes))
+    sketch = {name: values.get(name, value) if isinstance(value, str) else value
+              for name, value in mechanism.sketch.items()}  # fmt: skip
+    sketch = {name: float(value) + by.get(name, 0.0) for name, value in sketch.items()}
+    new = replace(mechanism, bodies={b.name: b for b in bodies},
+                  joints={j.name: j for j in joints}, sketch=sketch)  # fmt: skip
+    return replace(problem, mechanism=new)

@@ -25,7 +25,7 @@ from mechdae.describe.vectors.nodes import (
     nodes_of,
     reached,
 )
-from mechdae.describe.vectors.numbers import add, less
+from mechdae.describe.vectors.numbers import less
 from mechdae.describe.vectors.values import Closure, Node, Vector
 from mechdae.errors import InputError, MechdaeError, UnavailableError
 from mechdae.records import dataclass
@@ -319,13 +319,12 @@ class _Expansion:
     def _turning(self) -> list[Joint]:
         """Return the revolutes of all nodes; the first link at a node carries its pins."""
         joints: list[Joint] = []
+        typed = [(j.first, j.second) for j in self.closure.joints.values() if j.hinge]
         for node in dict.fromkeys(n for link in self.links.all for n in link.nodes):
             links = [link for link in self.links.on(node) if self._kept(link)]
-            ends = [f"{link.name}.{self.points[link.name][node]}" for link in links]
-            pairs = [(j.first_body, j.second_body) for j in self.closure.joints.values()
-                     if j.hinge and j.first in ends and j.second in ends]  # fmt: skip
+            ends = {link.name: f"{link.name}.{self.points[link.name][node]}" for link in links}
             first, *others = links
-            others = [x for x in others if x.name not in reached([first.name], pairs)]
+            others = [x for x in others if ends[x.name] not in reached([ends[first.name]], typed)]
             called = self.called.get(node)
             numbers = {} if called is None else _given(called, (*FRICTION, "pin_radius"))
             for other in others:
@@ -333,8 +332,8 @@ class _Expansion:
                 joints.append(
                     Revolute(
                         name if len(others) == 1 else f"{name}_{other.name}",
-                        f"{first.name}.{self.points[first.name][node]}",
-                        f"{other.name}.{self.points[other.name][node]}",
+                        ends[first.name],
+                        ends[other.name],
                         **numbers,
                     )
                 )
@@ -405,10 +404,10 @@ class _Expansion:
             if direction == FIXED:
                 directed[name] = "", angle
                 continue
-            equal = next((x for x in same if less(angle, x.turn) == 0), None)
-            link = equal or same[0]
+            same.sort(key=lambda x: (x.name != name, less(angle, x.turn) != 0))
+            link = same[0]  # called after it, or with the frame along it
             directed[name] = link.name, less(angle, link.turn)
-            if equal is not None and link.name != name:
+            if link.name != name and less(angle, link.turn) == 0:
                 aliases |= dict.fromkeys((name, f"{name}.angle"), f"{link.name}.angle")
         return Table(aliases), Table(directed)
 
@@ -429,7 +428,7 @@ class _Expansion:
                     body, angle = self.directed[vector]
                     if not body:
                         raise InputError(f"'{vector}' does not turn", where=f"sketch.{name}")
-                    key, value = body, add(value, less(0.0, angle))
+                    key, value = body, value if body == vector else less(value, angle)
             if key in result and not _same(result[key], value, self.known):
                 raise InputError(
                     f"{key} is sketched twice", where=f"sketch.{name}", hint="delete one of them"

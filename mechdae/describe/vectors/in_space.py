@@ -135,7 +135,9 @@ def ties(
             yield Spherical(name, first, point)
 
 
-PLANAR = ("angle", "along", "offset", "contact_length", "pin_radius", "one_sided")
+PLANAR = (
+    "angle", "along", "offset", "axis", "block_axis", "contact_length", "pin_radius", "one_sided",
+)  # fmt: skip
 FRICTION = ("friction", "friction_static")
 GAP = 1e-9
 Place = tuple[Number, ...]

@@ -217,7 +217,7 @@ class VectorLinks:
             ]
             if not link.name and inside:
                 member = link.direction if link.direction in inside else inside[0]
-                self._call(link, member, member)
+                self._call(link, member, member, self.vectors[member].axis)
         for name in self.order:
             if not self.vectors[name].slides:
                 continue
@@ -229,14 +229,15 @@ class VectorLinks:
                     hint="give its length, or leave it out",
                 )
             if not guide.name:
-                self._call(guide, name, name)
+                self._call(guide, name, name, self.vectors[name].axis)
             if not block.name:
-                self._call(block, f"{name}_block", name)
+                self._call(block, f"{name}_block", name, self.vectors[name].block_axis)
 
-    def _call(self, link: Link, name: str, own: str) -> None:
+    def _call(self, link: Link, name: str, own: str, axis: Number | None) -> None:
         link.name, link.own = name, own
         turns = link.direction != FIXED and not link.direction.startswith("@")
-        link.turn = self.directions[own][1] if turns else 0.0
+        if turns or axis is not None:
+            link.turn = less(self.directions[own][1], axis or 0.0)
 
     def _place(self, link: Link) -> None:
         """Find the places of the nodes of a link, in its frame."""

@@ -127,7 +127,7 @@ class Written:
         mechanism = self.base.mechanism
         bodies = [self._body(body) for body in mechanism.bodies.values()]
         ground = mechanism.ground
-        if not any(v.body == GROUND for v in self.vectors.values()):
+        if not self._bound(ground):
             ground = replace(ground, points=self._rest(GROUND, (0.0, 0.0)))
         rest = [joint for name, joint in mechanism.joints.items()
                 if name not in self.joints or self._apart(joint)]  # fmt: skip
@@ -201,7 +201,7 @@ class Written:
         direction = self.directions[body]
         for head in places[1:]:
             tail, name = places[0], f"{body}_{places[0][1]}{head[1]}"
-            if len(places) == 2 and self._plain(head, tail):
+            if len(places) == 2 and self._straight(head, tail):
                 tail, head = head, tail
             if len(places) == 2 and self._plain(tail, head):
                 name = body
@@ -224,6 +224,8 @@ class Written:
         return [p for k, p in enumerate(points) if not any(self._same(p, q) for q in points[:k])]
 
     def _polar(self, tail: Point, head: Point) -> tuple[Number, Number]:
+        if self._straight(tail, head):
+            return self._place(head)[0], 0.0
         (x1, y1), (x2, y2) = self._place(tail), self._place(head)
         return _polar(less(x2, x1), less(y2, y1))
 
@@ -245,11 +247,13 @@ class Written:
         body = tail[0]
         if body == GROUND or len(self.directions[body].bodies) > 1:
             return False
-        (x1, y1), (x2, y2) = self._place(tail), self._place(head)
-        if x1 != 0 or y1 != 0 or y2 != 0 or not self._value(x2) > 0:
-            return False
-        return all(self.named.get(self._node(point)) == point[1]
+        return self._straight(tail, head) and all(self.named.get(self._node(point)) == point[1]
                    for point in self._used if point[0] == body)  # fmt: skip
+
+    def _straight(self, tail: Point, head: Point) -> bool:
+        """Return whether one point is the origin of a link and the other is on its x axis."""
+        (x1, y1), (x2, y2) = self._place(tail), self._place(head)
+        return x1 == 0 and y1 == 0 and y2 == 0 and self._value(x2) > 0
 
     # -- places -------------------------------------------------------------------------------
 
@@ -359,9 +363,7 @@ class Written:
         found = {}
         for point in self._used:
             node, body = self._node(point), point[0]
-            if self._bound(self.base.mechanism.body(body)) or body in self.vectors:
-                continue
-            if node in self.named:
+            if node in self.named and not self._bound(self.base.mechanism.body(body)):
                 found[".".join(point)] = f"{self.called.get(body, body)}.{self.named[node]}"
         return found
 
@@ -372,16 +374,17 @@ class Written:
     def _bound(self, body: Body | Ground) -> bool:
         """Return whether vectors run between points of a body as it is, or none does."""
         name = body.name if isinstance(body, Body) else GROUND
-        if name not in self.directions:
+        vectors = self.vectors.values()
+        if name == GROUND and all(v.angle is None and v.body != GROUND for v in vectors):
             return True
-        return any(vector.body == name for vector in self.vectors.values())
+        return name not in self.directions or any(v.body == name for v in vectors)
 
     def _body(self, body: Body) -> Body:
         """Return what is written of a body: all, or what vectors do not say of it."""
         if self._bound(body):
             return body
         name = self.called.get(body.name, body.name)
-        self._check_turn(body.name, name)
+        self._keep_frame(body.name, name)
         origin = next(point for point in self._used if point[0] == body.name)
         if body.name in self.ends:
             origin = self.ends[body.name][0]
@@ -390,26 +393,22 @@ class Written:
             center = tuple(less(c, x) for c, x in zip(center, place, strict=True))
         return replace(body, name=name, points=self._rest(body.name, place), center=center)
 
-    def _check_turn(self, body: str, name: str) -> None:
-        """Raise for a link whose frame would be turned: along the vector that makes it."""
+    def _keep_frame(self, body: str, name: str) -> None:
+        """Give the vector that makes a link its direction in the frame that the link had."""
         direction = self.directions[body]
-        old, new = direction.bodies[body], direction.bodies[next(iter(direction.bodies))]
+        old, vector = direction.bodies[body], name.removesuffix("_block")
+        joint = self.joints.get(vector)
+        if joint is None:
+            angle = add(old, self._polar(*self.ends[vector])[1])
+        else:
+            angle = add(direction.bodies[joint.first_body], joint.axis)  # type: ignore[attr-defined]
         root = self.vectors.get(direction.root)
-        if GROUND not in direction.bodies and (root is None or root.from_ is None):
-            vector = name.removesuffix("_block")
-            joint = self.joints.get(vector)
-            if joint is None:
-                new = add(old, self._polar(*self.ends[vector])[1])
-            else:
-                new = add(direction.bodies[joint.first_body], joint.axis)  # type: ignore[attr-defined]
-        gap = self._value(less(new, old))
-        if abs(math.remainder(gap, 2 * math.pi)) > SAME:
-            raise UnavailableError(
-                f"'{body}' is turned by {math.degrees(gap):.6g} degrees against the guide that it "
-                "slides in: as a vector it would have another frame",
-                where=f"bodies.{body}",
-                hint="turn = 0 in its joint, and its points along the guide",
-            )
+        bound = GROUND in direction.bodies or (root is not None and root.from_ is not None)
+        new = direction.bodies[next(iter(direction.bodies))] if bound else angle
+        if abs(math.remainder(self._value(less(new, old)), 2 * math.pi)) > SAME:
+            word = "axis" if name == vector else "block_axis"
+            given: Json = {word: less(angle, old)}
+            self.vectors[vector] = replace(self.vectors[vector], **given)
 
     def _rest(self, body: str, origin: tuple[Number, ...]) -> Table[tuple[Number, ...]]:
         """Return the points of a body at which no loop passes, from an origin."""

@@ -20,7 +20,8 @@ class Vector(Value):
 
     ``along`` names a vector of the same direction, less ``offset``: they belong to one link.
     ``from`` and ``to`` make it the segment between two points of one body. A vector of unknown
-    length slides: its head is a block with a pin of its own, or a pin in the slot itself.
+    length slides: its head is a block with a pin of its own, or a pin in the slot itself. ``axis``
+    and ``block_axis`` turn the frames of the link and of the block that are called after it.
     """
 
     name: str = key("name")
@@ -32,6 +33,8 @@ class Vector(Value):
     azimuth: Number | None = optional("number", doc="in space, from x to z, rad", unit="rad")
     along: str | None = optional("name", doc="vector of the same direction")
     offset: Number | None = optional("number", doc="angle from that vector, rad", unit="rad")
+    axis: Number | None = optional("number", doc="direction in its link's frame, rad", unit="rad")
+    block_axis: Number | None = optional("number", doc="the same of its block, rad", unit="rad")
     from_: str | None = optional("reference", doc="tail: point of a body")
     to: str | None = optional("reference", doc="head: point of the same body")
     pair: str = optional("text", "block", choices=PAIRS, doc="of a vector of unknown length")
@@ -56,6 +59,8 @@ class Vector(Value):
             )
         if self.offset is not None and self.along is None:
             raise InputError("'offset' is the angle from the vector that 'along' names, not given")
+        if self.block_axis is not None and (self.in_slot or not self.slides):
+            raise InputError("a vector without a block has no 'block_axis'", where="block_axis")
         words: tuple[str, ...]
         if self.slides:
             words = ("friction_static", "contact_length") if self.in_slot else ("pin_radius",)
@@ -71,7 +76,7 @@ class Vector(Value):
             raise InputError("'from' and 'to' are points of one body", where="to")
         if tail == head:
             raise InputError("'from' and 'to' are the same point", where="to")
-        for word in ("length", "angle", "along", "elevation", "azimuth"):
+        for word in ("length", "angle", "along", "axis", "elevation", "azimuth"):
             if getattr(self, word) is not None:
                 raise InputError(f"'{word}' contradicts 'from' and 'to', which give it", where=word)
 
