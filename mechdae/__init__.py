@@ -24,6 +24,7 @@ CASES = {
     "mechdae.motion.cases.meshes": "meshes", "mechdae.motion.cases.hard_steps": "",
     "mechdae.motion.cases.many": "", "mechdae.motion.cases.laws": "",
     "mechdae.forces.teeth": "meshes", "mechdae.forces.one_sided": "one_sided",
+    "mechdae.forces.wear": "face_width",
 }  # fmt: skip
 """Packages for what only some mechanisms have, in the order in which they are asked, and the
 trait of joints that they are about, "" where it is no joint's."""

@@ -45,7 +45,7 @@ def cycle(statics: InverseDynamics, moving: Moving, answer: PoseForces) -> tuple
     InputError
         The task has no path to integrate along.
     """
-    low, high = _interval(moving)
+    low, high = interval(moving)
     ends, poses = [0, -1], moving.run.poses
     if not (answer.there[ends] & (poses.places[ends] == poses.s[ends])).all():
         text = "the mean powers of the cycle have no value: the motion does not go all the way"
@@ -100,7 +100,7 @@ def cycle(statics: InverseDynamics, moving: Moving, answer: PoseForces) -> tuple
     return figures, faults
 
 
-def _interval(moving: Moving) -> tuple[float, float]:
+def interval(moving: Moving) -> tuple[float, float]:
     """Return the ends of the way over which powers are integrated."""
     places = moving.run.places
     low, high = float(np.min(places)), float(np.max(places))

@@ -160,6 +160,8 @@ def with_forces(
     _add_facts(summary, loaded, answer, task)
     efforts, parts = efforts_of(setting, statics, answer, task)
     series = series_of(statics, answer, task, unique)
+    for measure in statics.scene.cases("measures of forces"):
+        measure(loaded, answer, unique, series, summary)
     named, sought = result.outputs, list[Json]()
     if setting.expressions is not None and setting.expressions.forced:
         from mechdae.forces import outputs

@@ -60,6 +60,9 @@ UNITS = {
     "loss": "W",
     "loss_uncoupled": "W",
     "normal": "N",
+    "pressure": "Pa",
+    "sliding_speed": "m/s",
+    "pv": "W/m2",
     "energy": "J",
     "kinetic": "J",
     "potential": "J",
@@ -90,6 +93,8 @@ SUMMARY = {
     "envelope": "m",
 }
 """Units of entries of a summary."""
+WEAR = {"peak_pressure": "Pa", "peak_pv": "W/m2", "mean_pv": "W/m2", "sliding_distance": "m"}
+"""Units of what is told of a contact along a cycle."""
 OUTPUT_RATES = ("value", "rate", "second", "third")
 DRIVER_UNITS = {"velocity": "/s", "acceleration": "/s2", "jerk": "/s3"}
 HISTORY = ("last", "highest", "lowest", "peak", "fluctuation", "settling")
@@ -154,6 +159,8 @@ def _summary_unit(mechanism: Mechanism, steps: list[str]) -> str:
         return SUMMARY[word]
     if word.startswith("loss_by_joint"):
         return "W"
+    if word == "wear":
+        return WEAR.get(last, "")
     if word == "transmission" and last in ("min", "max"):
         return "rad"
     if word == "extremes" and last == "value":

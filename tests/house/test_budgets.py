@@ -8,14 +8,14 @@ from tests.shared.paths import ROOT
 
 PACKAGE = ROOT / "mechdae"
 BUDGETS = {
-    "describe": 12_290,  # rare kinds in modules of their own, which most problems do not import
-    "numerics": 4_620,
-    "equations": 7_600,  # what is left out of a scene: rollers, second machines, plane and space
-    "results": 3_490,
+    "describe": 12_320,  # rare kinds in modules of their own, which most problems do not import
+    "numerics": 4_640,
+    "equations": 7_610,  # what is left out of a scene: rollers, second machines, plane and space
+    "results": 3_520,
     "draw": 19_660,  # graphs of motions; texts are measured without matplotlib
     "kernels": 7_450,
     "motion": 23_060,  # poses of several drivers at the speed of one
-    "forces": 4_450,
+    "forces": 4_770,
     "dynamics": 8_050,
     "design": 15_830,
     "tasks": 2_270,
@@ -23,9 +23,9 @@ BUDGETS = {
     "parts": 26_380,  # what a page teaches by
 }
 """Room -> most lines of its modules; some of them import what annotations name."""
-ALONE = 971
+ALONE = 972
 """Lines of the modules that stand alone: errors, records, types, additions."""
-TOTAL = 137_750
+TOTAL = 138_200
 LONGEST = 500
 LONGER = {
     "describe/mechanism.py": 570,

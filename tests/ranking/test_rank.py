@@ -174,3 +174,20 @@ def test_pictures_of_constructions() -> None:
     lines = pictures.parallel(ranking).axes[0].get_lines()
     assert len(lines) == len(ranking.order) + 2  # layers and depth differ
     assert pictures.fronts(ranking).axes[0].get_xlabel().startswith("layers")
+
+
+def test_wear_is_that_of_the_worst_contact() -> None:
+    problem = md.load("slider-crank-inertia")
+    joints = {
+        name: replace(joint, face_width=0.03, **({"contact_length": 0.08} if joint.guide else {}))
+        for name, joint in problem.mechanism.joints.items()
+    }
+    problem = replace(problem, mechanism=replace(problem.mechanism, joints=joints))
+    words = ("peak_pressure", "peak_pv", "mean_pv", "sliding_distance")
+    ranking = md.rank(problem, by="inversion", criteria=words)
+    assert len(ranking.order) == 4
+    for row in ranking.rows:
+        wear = md.solve(ranking.variants[row.name].problem, "cycle").summary["wear"]
+        worst = {word: max(contact[word] for contact in wear.values()) for word in words}
+        assert row.values == worst
+    assert [criterion["unit"] for criterion in ranking.criteria] == ["Pa", "W/m2", "W/m2", "m"]

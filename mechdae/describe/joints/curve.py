@@ -11,7 +11,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, ClassVar, TypeGuard
 
 from mechdae.describe.expression import evaluate, names_in
-from mechdae.describe.joints.joint import LIES, SIDES, TURN, Joint
+from mechdae.describe.joints.joint import LIES, SIDES, STIFF, TURN, WIDE, Joint
 from mechdae.describe.values import Number
 from mechdae.errors import InputError, MechanismError, MechdaeError, UnknownName
 from mechdae.records import dataclass, key, optional
@@ -45,8 +45,14 @@ class Curve(Joint):
     side: str = optional("text", "right", choices=("right", "left"), doc="of the roller")
     friction: Number | None = optional("number", unit="1")
     one_sided: str | None = optional("text", choices=SIDES, doc=LIES)
+    face_width: Number | None = optional("number", doc=WIDE, unit="m")
+    tip_radius: Number | None = optional("number", doc="rounding of a point, m", unit="m")
+    contact_modulus: Number | None = optional("number", doc=STIFF, unit="Pa")
 
     kind: ClassVar[str] = "curve"
+    surfaces: ClassVar[tuple[tuple[str, ...], ...]] = (
+        ("tip_radius", "contact_modulus"), ("roller_radius", "contact_modulus")
+    )  # fmt: skip
     lower: ClassVar[bool] = False
     dyad: ClassVar[str] = "cam"
     coordinates: ClassVar[tuple[str, ...]] = ("s",)

@@ -83,6 +83,8 @@ class Joint(Value):
     """Relative freedoms of a pair in space."""
     ball: ClassVar[bool] = False
     """Two bodies have a point in common and nothing else."""
+    surfaces: ClassVar[tuple[tuple[str, ...], ...]] = ()
+    """Sets of numbers of which one, with ``face_width``, gives the pressure of its contact."""
 
     hinge: ClassVar[bool]
     """A turning pair."""
@@ -224,13 +226,28 @@ class Joint(Value):
                 raise MechanismError(
                     f"{entry} is negative ({values[entry]:g})", where=f"joints.{self.name}.{entry}"
                 )
+        given = [entry for entry in CONTACT if entry in values]
+        for entry in given:
+            if values[entry] == 0:
+                raise MechanismError(f"{entry} is zero", where=f"joints.{self.name}.{entry}")
+        if given and not (
+            "face_width" in given and any(values.keys() >= {*s} for s in self.surfaces)
+        ):
+            sets = ", or ".join(" and ".join(("face_width", *one)) for one in self.surfaces)
+            raise MechanismError(
+                f"the pressure of its contact needs {sets}", where=f"joints.{self.name}.{given[0]}"
+            )
 
 
+WIDE, STIFF = "width of the contact across the plane, m", "2/E' = (1 - nu1^2)/E1 + (1 - nu2^2)/E2"
 TURN = 2 * math.pi
 SIDES, SENSES = ("left", "right"), ("positive", "negative")
 LIES = "side on which the second body lies, and to which alone the contact pushes it"
 TURNS = "sense in which alone the teeth push the second body"
+CONTACT = ("face_width", "contact_modulus", "tip_radius", "shoe_length")
+"""Numbers of the contact's surfaces, which only its pressure and wear need."""
 NOT_NEGATIVE = (
+    *CONTACT,
     "friction",
     "friction_static",
     "pin_radius",

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import ClassVar
 
-from mechdae.describe.joints.joint import LIES, SIDES, Joint
+from mechdae.describe.joints.joint import LIES, SIDES, STIFF, WIDE, Joint
 from mechdae.describe.values import Number
 from mechdae.errors import MechanismError
 from mechdae.records import dataclass, key, optional
@@ -18,8 +18,10 @@ class Revolute(Joint):
     friction: Number | None = optional("number", doc="Coulomb coefficient", unit="1")
     friction_static: Number | None = optional("number", unit="1")
     pin_radius: Number | None = optional("number", doc="m", unit="m")
+    face_width: Number | None = optional("number", doc=WIDE, unit="m")
 
     kind: ClassVar[str] = "revolute"
+    surfaces: ClassVar[tuple[tuple[str, ...], ...]] = (("pin_radius",),)
     letter: ClassVar[str] = "R"
     coordinates: ClassVar[tuple[str, ...]] = ("angle",)
     coincide: ClassVar[bool] = True
@@ -57,8 +59,10 @@ class Prismatic(Joint):
     friction_static: Number | None = optional("number", unit="1")
     contact_length: Number | None = optional("number", doc="2b, m; absent: long guide", unit="m")
     one_sided: str | None = optional("text", choices=SIDES, doc=LIES)
+    face_width: Number | None = optional("number", doc=WIDE, unit="m")
 
     kind: ClassVar[str] = "prismatic"
+    surfaces: ClassVar[tuple[tuple[str, ...], ...]] = (("contact_length",),)
     letter: ClassVar[str] = "P"
     coordinates: ClassVar[tuple[str, ...]] = ("slide",)
     straight: ClassVar[bool] = True
@@ -89,8 +93,14 @@ class PinInSlot(Joint):
     friction: Number | None = optional("number", unit="1")
     pin_radius: Number | None = optional("number", doc="m", unit="m")
     one_sided: str | None = optional("text", choices=SIDES, doc=LIES)
+    face_width: Number | None = optional("number", doc=WIDE, unit="m")
+    shoe_length: Number | None = optional("number", doc="of a flat shoe on the pin, m", unit="m")
+    contact_modulus: Number | None = optional("number", doc=STIFF, unit="Pa")
 
     kind: ClassVar[str] = "pin-in-slot"
+    surfaces: ClassVar[tuple[tuple[str, ...], ...]] = (
+        ("shoe_length",), ("pin_radius", "contact_modulus")
+    )  # fmt: skip
     lower: ClassVar[bool] = False
     replaced: ClassVar[str] = "PR"
     coordinates: ClassVar[tuple[str, ...]] = ("slide", "angle")

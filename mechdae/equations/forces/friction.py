@@ -128,10 +128,7 @@ class Laws:
 
     def _along(self, ends: Ends, forms: Sym, axis: Sym, place: Sym) -> Feedback:
         """Return friction along an axis at a place, of the size of the largest form."""
-        joint = ends.joint
-        v2 = velocity(self.model, joint.second_body, place)
-        v1 = velocity(self.model, joint.first_body, place)
-        speed = ca.dot(axis, v2 - v1)
+        joint, speed = ends.joint, sliding_speed(self.model, ends, axis, place)
         slip = self._slip(joint.name, speed, "m")
         f = self._friction(slip)
         force = pair(self.model, joint.first_body, joint.second_body, place, -slip.sign * f * axis)
@@ -146,19 +143,15 @@ class Laws:
         r = self.model.numbers.get(f"{name}.pin_radius", SX(0))
         result = []
         for side in (1, -1):  # the multiplier is minus the normal force on the pin
-            place = ends.p2 - side * r * ends.normal()
+            place = place_on_pin(ends, side, r)
             forms = ca.vertcat(SX(0), SX(-side))
             result.append(self._along(ends, forms, ends.axis(), place))
         return result
 
     def curve(self, ends: Ends) -> list[Feedback]:
         """F = f |N| along the tangent at the place of contact."""
-        contact = ends.contact
-        assert contact is not None
-        place = ends.p2
-        if contact.rolls:
-            place = place - ends.number("roller_radius") * ends.first.direction(contact.normal)
         forms = normal_form(ends)
+        place = place_on_curve(ends)
         return [self._along(ends, ca.vertcat(forms, -forms), tangent_of(ends), place)]
 
     # -- meshes ----------------------------------------------------------------------------
@@ -181,6 +174,27 @@ class Laws:
                 Feedback(name, "largest", forms, column, rate, True, rising, falling, slip)
             )
         return result
+
+
+def sliding_speed(model: Model, ends: Ends, axis: Sym, place: Sym) -> Sym:
+    """Return how fast the second body moves against the first along an axis at a place [m/s]."""
+    bodies = (ends.joint.second_body, ends.joint.first_body)
+    second, first = (velocity(model, body, place) for body in bodies)
+    return ca.dot(axis, second - first)
+
+
+def place_on_pin(ends: Ends, side: int, radius: Sym) -> Sym:
+    """Return where a pin is pressed by a slot whose normal force has the sign `side`."""
+    return ends.p2 - side * radius * ends.normal()
+
+
+def place_on_curve(ends: Ends) -> Sym:
+    """Return the contact of a point, or of a roller of radius r, on its curve."""
+    contact = ends.contact
+    assert contact is not None
+    if not contact.rolls:
+        return ends.p2
+    return ends.p2 - ends.number("roller_radius") * ends.first.direction(contact.normal)
 
 
 def tangent_of(ends: Ends) -> Sym:

@@ -29,6 +29,7 @@ from mechdae.kernels.run.functions import Batch
 from mechdae.motion.assembly.not_assembled import shown
 from mechdae.motion.continuation.legs import Legs
 from mechdae.numerics.changes import arcs_of, changes
+from mechdae.numerics.least import narrowed
 from mechdae.records import dataclass
 from mechdae.types import Booleans, Floats, Integers, Json, Matrices, Sym, Unknowns
 
@@ -135,9 +136,6 @@ IN_SPACE = {
 sense on the carrier."""
 
 
-PLACES, ROUNDS = 15, 16
-"""Places inside an interval with one minimum, of which the neighbours of the least are kept, and
-how often."""
 NOTHING = 1e-12
 """Share of the largest reaction of the mechanism that is rounding."""
 ForceAt = Callable[[Floats], Floats]
@@ -235,6 +233,11 @@ def _of(look: ForceAt, k: int) -> ForceAt:
     return lambda places: look(places)[:, k]
 
 
+def _each(force_at: ForceAt) -> ForceAt:
+    """Return the force at places in rows, (n, m)."""
+    return lambda places: force_at(places.ravel()).reshape(places.shape)
+
+
 def _pulls(s: Floats, f: Floats, force_at: ForceAt | None) -> list[list[float]]:
     """Return where pulls begin and end."""
 
@@ -258,20 +261,9 @@ def _with_dips(s: Floats, f: Floats, force_at: ForceAt | None) -> tuple[Floats, 
     rows = rows[near]
     if force_at is None or not rows.size:
         return s, f
-    places = _narrowed(force_at, s[rows - 1], s[rows + 1])
+    places = narrowed(_each(force_at), s[rows - 1], s[rows + 1])
     order = np.argsort(np.concatenate([s, places]), kind="stable")
     return np.concatenate([s, places])[order], np.concatenate([f, force_at(places)])[order]
-
-
-def _narrowed(force_at: ForceAt, a: Floats, b: Floats) -> Floats:
-    """Return where the force is least in intervals [a, b] with one minimum each."""
-    shares = np.arange(PLACES + 2) / (PLACES + 1)
-    for _ in range(ROUNDS):
-        places = a[:, None] + (b - a)[:, None] * shares
-        values = force_at(places[:, 1:-1].ravel()).reshape(len(a), PLACES)
-        k = np.argmin(np.where(np.isfinite(values), values, np.inf), axis=1)
-        a, b = (np.take_along_axis(places, (k + off)[:, None], axis=1)[:, 0] for off in (0, 2))
-    return (a + b) / 2
 
 
 def _least(
@@ -283,7 +275,7 @@ def _least(
     if force_at is not None:
         a, b = max(low, float(s[max(k - 1, 0)])), min(high, float(s[min(k + 1, len(s) - 1)]))
         ends = (a, b) if a < b else (low, high)
-        place = float(_narrowed(force_at, *(np.array([end]) for end in ends))[0])
+        place = float(narrowed(_each(force_at), *(np.array([end]) for end in ends))[0])
         best = min(best, (float(force_at(np.array([place]))[0]), place))
     return best
 

@@ -20,6 +20,7 @@ FRICTION = {
 }
 PARTS = {"uncoupled": "no friction"}
 """Titles of the parts of an effort; others are called by their word."""
+FORCES = ("normal", "pressure", "sliding_speed", "pv")
 SPATIAL = 6
 """Components of a reaction in space."""
 NOISE = 1e-14
@@ -28,7 +29,7 @@ NOISE = 1e-14
 
 def is_force(name: str) -> bool:
     """Return whether a series of a joint is about forces, not about motion."""
-    return name == "normal" or name.startswith(("reaction", "loss"))
+    return name in FORCES or name.startswith(("reaction", "loss"))
 
 
 def motion_is_aside(result: Result) -> bool:
@@ -211,6 +212,10 @@ def force_facts(result: Result, width: int) -> list[str]:
     lead, single = _lead_unit(result)
     unit = "s" if result.time is not None else lead if single else "1"
     lines += _cycle(summary, unit, width, units)
+    if "wear" in summary:
+        from mechdae.results.tables.wear import wear_lines
+
+        lines += wear_lines(summary["wear"])
     lines += _jams(summary, unit, lead, width, units)
     lines += _margin(summary, lead, width, units)
     lines += _several(result, width)

@@ -16,11 +16,12 @@ from mechdae.describe.tasks.reactions import Reactions
 from mechdae.errors import InputError
 from mechdae.parts.types.chains.variants.scheme import moves
 from mechdae.records import dataclass
+from mechdae.results.units import WEAR
 from mechdae.types import Matrix
 
 Get = Callable[[str], Any]
 """Path below the task -> its array."""
-RATES = ("peak_acceleration", "shaking_force", "shaking_moment", "loss")
+RATES = ("peak_acceleration", "shaking_force", "shaking_moment", "loss", "peak_pv", "mean_pv")
 """Criteria that depend on how fast the driver moves."""
 
 
@@ -200,6 +201,10 @@ class Criteria:
             for word, sense, name_unit in (("loss", "min", "W"), ("efficiency", "max", "1")):
                 path = f"summary/{word}"
                 found.append(Criterion(word, name_unit, sense, (path,), _number(path)))
+            worn = [n for n in joints if getattr(self.mechanism.joints[n], "face_width", None)]
+            for word, name_unit in WEAR.items() if worn else ():  # where they are largest
+                each = tuple(f"summary/wear/{name}/{word}" for name in worn)
+                found.append(Criterion(word, name_unit, "min", each, _largest(each)))
         rubs = any(getattr(joint, "friction", None) for joint in self.mechanism.joints.values())
         if rubs and task.friction == "coupled":
             path = "summary/critical_factor/factor"
@@ -217,6 +222,10 @@ def _side(path: str, k: int) -> Callable[[Get, Mapping[str, float]], float]:
 
 def _number(path: str) -> Callable[[Get, Mapping[str, float]], float]:
     return lambda get, _: float(get(path))
+
+
+def _largest(paths: tuple[str, ...]) -> Callable[[Get, Mapping[str, float]], float]:
+    return lambda get, _: max(float(get(path)) for path in paths)
 
 
 def _peak(path: str) -> Callable[[Get, Mapping[str, float]], float]:

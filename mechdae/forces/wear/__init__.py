@@ -1,0 +1,1 @@
+"""Wear: pressure times sliding speed, sliding distance of contacts whose surfaces are given."""
