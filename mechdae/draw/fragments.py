@@ -21,11 +21,12 @@ from mechdae.describe.loads import Force, Resistance, Spring
 from mechdae.draw import style
 from mechdae.draw.diagram import symbols
 from mechdae.draw.diagram.amounts import load_values, sense
-from mechdae.draw.diagram.diagram import View, common_extent, draw_scene, extent
+from mechdae.draw.diagram.diagram import common_extent, draw_scene, extent
 from mechdae.draw.diagram.driver import SPAN
 from mechdae.draw.diagram.guides import travel
 from mechdae.draw.diagram.loads import Mark, peak_force
 from mechdae.draw.diagram.scene import DrawnScene, choose_pose
+from mechdae.draw.diagram.view import View
 from mechdae.draw.diagram.wheels import rack_span, rack_travel
 from mechdae.draw.labels.labels import Links, Writing, writings
 from mechdae.draw.labels.steady import AnchorFrame, SteadyLabels, chosen_labels, compared

@@ -10,9 +10,9 @@ PACKAGE = ROOT / "mechdae"
 BUDGETS = {
     "describe": 12_320,  # rare kinds in modules of their own, which most problems do not import
     "numerics": 4_640,
-    "equations": 7_610,  # what is left out of a scene: rollers, second machines, plane and space
+    "equations": 7_620,  # what is left out of a scene: rollers, second machines, plane and space
     "results": 3_520,
-    "draw": 19_660,  # graphs of motions; texts are measured without matplotlib
+    "draw": 20_230,  # graphs of motions; texts are measured without matplotlib
     "kernels": 7_450,
     "motion": 23_060,  # poses of several drivers at the speed of one
     "forces": 4_770,
@@ -20,12 +20,12 @@ BUDGETS = {
     "design": 15_830,
     "tasks": 2_270,
     "cli": 1_700,
-    "parts": 26_380,  # what a page teaches by
+    "parts": 26_930,  # what a page teaches by
 }
 """Room -> most lines of its modules; some of them import what annotations name."""
 ALONE = 972
 """Lines of the modules that stand alone: errors, records, types, additions."""
-TOTAL = 138_200
+TOTAL = 139_300
 LONGEST = 500
 LONGER = {
     "describe/mechanism.py": 570,

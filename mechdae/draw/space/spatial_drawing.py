@@ -12,7 +12,6 @@ from mechdae.draw import style
 from mechdae.draw.closing import check_closes
 from mechdae.draw.diagram.diagram import (
     FAR,
-    View,
     draw_frame,
     draw_traces,
     others_of,
@@ -22,6 +21,7 @@ from mechdae.draw.diagram.diagram import (
 from mechdae.draw.diagram.driver import driven_bodies, drivers_of, held_drivers, sense_of
 from mechdae.draw.diagram.loads import Mark, coordinate_of
 from mechdae.draw.diagram.places import free_points
+from mechdae.draw.diagram.view import View
 from mechdae.draw.fonts import font
 from mechdae.draw.labels import layout
 from mechdae.draw.labels.labels import Links, Writing, link_numbers, load_names, write_all
