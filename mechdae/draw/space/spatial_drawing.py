@@ -153,6 +153,7 @@ def draw_spatial_pose(
     elif shown.labels:
         write_all(sheet, labels, links)
     if not shown.bare:
+        sheet.theme = shown.paper or theme
         write_heads(sheet, scene, result, index, words, shown)
     return sheet
 
