@@ -27,7 +27,7 @@ def test_a_name_given_twice(text: str, tmp_path: Path, capsys: pytest.CaptureFix
 @pytest.mark.parametrize(
     ("options", "hint"),
     [
-        (["--kind", "graph"], "one of diagram, animation, plans, curves"),
+        (["--kind", "graph"], "one of diagram, groups, animation, plans, curves"),
         (["--kind", "curves", "--of", "coupler.P"], "did you mean points/coupler.P"),
     ],
 )

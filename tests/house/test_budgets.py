@@ -8,11 +8,11 @@ from tests.shared.paths import ROOT
 
 PACKAGE = ROOT / "mechdae"
 BUDGETS = {
-    "describe": 12_320,  # rare kinds in modules of their own, which most problems do not import
+    "describe": 12_370,  # rare kinds in modules of their own, which most problems do not import
     "numerics": 4_640,
     "equations": 7_620,  # what is left out of a scene: rollers, second machines, plane and space
     "results": 3_520,
-    "draw": 20_230,  # graphs of motions; texts are measured without matplotlib
+    "draw": 20_540,  # graphs of motions; texts are measured without matplotlib
     "kernels": 7_450,
     "motion": 23_060,  # poses of several drivers at the speed of one
     "forces": 4_770,
@@ -25,7 +25,7 @@ BUDGETS = {
 """Room -> most lines of its modules; some of them import what annotations name."""
 ALONE = 972
 """Lines of the modules that stand alone: errors, records, types, additions."""
-TOTAL = 139_300
+TOTAL = 139_650
 LONGEST = 500
 LONGER = {
     "describe/mechanism.py": 570,
