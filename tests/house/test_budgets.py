@@ -9,7 +9,7 @@ from tests.shared.paths import ROOT
 PACKAGE = ROOT / "mechdae"
 BUDGETS = {
     "describe": 12_370,  # rare kinds in modules of their own, which most problems do not import
-    "numerics": 4_640,
+    "numerics": 4_650,
     "equations": 7_620,  # what is left out of a scene: rollers, second machines, plane and space
     "results": 3_520,
     "draw": 20_540,  # graphs of motions; texts are measured without matplotlib
@@ -25,7 +25,7 @@ BUDGETS = {
 """Room -> most lines of its modules; some of them import what annotations name."""
 ALONE = 972
 """Lines of the modules that stand alone: errors, records, types, additions."""
-TOTAL = 139_650
+TOTAL = 139_700
 LONGEST = 500
 LONGER = {
     "describe/mechanism.py": 570,

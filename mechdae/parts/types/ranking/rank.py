@@ -315,11 +315,15 @@ def _task(problem: Problem) -> str:
 
 
 def _comparable(variant: Variant, problem: Problem, name: str) -> Variant:
-    """Return a variant, with a fault if it has not the task, or not the loads of the problem."""
+    """Return a variant, with a fault if it has not the task, or not the loads of the problem.
+
+    Variants keep the names of joints; what has other joints is another mechanism with its loads.
+    """
     if variant.problem is None or variant.fault:
         return variant
-    lost = [load for load in problem.mechanism.loads if load not in variant.problem.mechanism.loads]
-    if lost:
+    one, two = problem.mechanism, variant.problem.mechanism
+    lost = [load for load in one.loads if load not in two.loads]
+    if lost and one.joints.keys() <= two.joints.keys():
         return replace(variant, fault=f"it has no load '{lost[0]}', which has no meaning in it")
     if name in variant.problem.tasks:
         return variant
