@@ -21,7 +21,7 @@ from mechdae.tasks.check import check
 from tests.scripts import all_modes, counts_of_modes
 from tests.scripts.solver_bars import written
 from tests.shared.c_kernels import needs_gcc
-from tests.shared.paths import ROOT, document_pages
+from tests.shared.paths import HISTORY, ROOT, document_pages
 
 PAGES = [*sorted(ROOT.glob("*.md")), *document_pages()]
 NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
@@ -248,7 +248,7 @@ def anchors(page: Path) -> set[str]:
     return {re.sub(r"[^\w\- ]", "", title.lower()).replace(" ", "-") for title in titles}
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+@pytest.mark.parametrize("page", [*PAGES, *HISTORY.glob("*.md")], ids=lambda page: page.name)
 def test_relative_links_resolve(page: Path) -> None:
     for link in re.findall(r"\]\(([^)\s]+)\)", page.read_text(encoding="utf-8")):
         if re.match(r"[a-z]+:", link):
@@ -278,6 +278,19 @@ def test_checks_of_the_contributors_are_those_of_ci() -> None:
 def test_version_is_the_same_everywhere() -> None:
     assert f'\nversion: "{md.__version__}"\n' in (ROOT / "CITATION.cff").read_text()
     assert f"\n## {md.__version__}\n" in (ROOT / "CHANGELOG.md").read_text()
+
+
+def test_changes_of_a_version_are_eight_lines_with_a_date() -> None:
+    text = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
+    versions = re.split(r"^## ", text, flags=re.M)[1:]
+    assert len(versions) > 20
+    for version in versions:
+        name, _, body = version.partition("\n")
+        date, *lines = [line for line in body.splitlines() if line]
+        assert re.fullmatch(rf"\d{{4}}-\d\d-\d\d \(\[details\]\(docs/history/{name}.md\)\)", date)
+        assert 0 < len(lines) <= 8, name
+        words = r"- \*\*(New|Changed answers|Breaking|Known limits)\*\*: .+\."
+        assert all(re.fullmatch(words, line) for line in lines), name
 
 
 # -- gallery ---------------------------------------------------------------------------------------
