@@ -327,7 +327,7 @@ def claims() -> list[str]:
             [
                 "any structural scheme can be mapped to vector loops", "right, in the plane",
                 "`md.loops_of`, "
-                "[`show --loops`](../../reference/modules.md#the-loops-of-a-mechanism): the "
+                "[`show --loops`](../../reference/vector-loops.md#the-loops-of-a-mechanism): the "
                 "seven-link mechanism has three loops and the modules lα, lα, αα",
             ],
             [
