@@ -12,7 +12,7 @@ BUDGETS = {
     "numerics": 4_650,
     "equations": 7_620,  # what is left out of a scene: rollers, second machines, plane and space
     "results": 3_520,
-    "draw": 20_540,  # graphs of motions; texts are measured without matplotlib
+    "draw": 20_630,  # graphs of motions; texts are measured without matplotlib
     "kernels": 7_450,
     "motion": 23_060,  # poses of several drivers at the speed of one
     "forces": 4_770,
@@ -20,12 +20,12 @@ BUDGETS = {
     "design": 15_830,
     "tasks": 2_270,
     "cli": 1_700,
-    "parts": 26_930,  # what a page teaches by
+    "parts": 26_940,  # what a page teaches by
 }
 """Room -> most lines of its modules; some of them import what annotations name."""
 ALONE = 972
 """Lines of the modules that stand alone: errors, records, types, additions."""
-TOTAL = 139_700
+TOTAL = 139_800
 LONGEST = 500
 LONGER = {
     "describe/mechanism.py": 570,

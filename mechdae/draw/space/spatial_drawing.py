@@ -230,7 +230,7 @@ def steady_in_space(
 ) -> tuple[Sheet, SteadyLabels]:
     """Return labels with places for all poses, and the first one drawn without them."""
     assert shown.bounds is not None
-    sheets = [Sheet(None, *shown.bounds[:2]) for _ in poses]
+    sheets = [Sheet(None, *shown.bounds[:2], larger=shown.larger) for _ in poses]
     rows = [
         draw_in_space(sheet, scene, result, k, shown, words)[1]
         for sheet, k in zip(sheets, poses, strict=True)
