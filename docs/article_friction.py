@@ -11,7 +11,7 @@ from functools import cache
 from typing import Any
 
 import numpy as np
-from article_text import below, fixed, table, text
+from article_text import below, fixed, places, table, text
 
 import mechdae as md
 
@@ -386,6 +386,35 @@ def _growth() -> str:
     return fixed(100 * (ratio - 1), 1)
 
 
+PLACES: list[tuple[str, ...]] = [
+    ("Figs. 1, 2 and (1)-(5): vectors, their closure, scheme and vector model",
+     "`--kind loops`; [loops of a mechanism](../../reference/modules.md#the-loops-of-a-mechanism)",
+     "seven_link_loops"),
+    ("4 planar and 20 spatial modules, several solutions each",
+     "`mechdae modules`, [modules](../../reference/modules.md); "
+     "[claims](#claims-about-mechanisms)"),
+    ("composition of mechanisms, any function by vector loops",
+     "[composition](../../how-to/composition.md), [schemes](../../how-to/schemes.md)",
+     "target_schemes", "bean_schemes", "composition_fronts"),
+    ("three orders of a loop, 1296 executions, constructions of each",
+     "`mechdae variants`; [claims](#claims-about-mechanisms)", "ranked_constructions"),
+    ("choice by experts within limits of size",
+     "`mechdae rank`; [composition](../../how-to/composition.md)", "ranking_axes"),
+    ("Wankel and Sarich engines: curvature, travel, accelerations",
+     "problems `wankel-rotor`, `sarich-engine`; [claims](#claims-about-mechanisms)"),
+    ("Fig. 3, (6), (7): friction of a sliding pair", "[formulas](#formulas-of-friction)"),
+    ("Fig. 4, (8): friction circle of a pin",
+     "[formulas](#formulas-of-friction); `--kind plans --which friction`", "quick_return_friction"),
+    ("Figs. 5, 6: pairs that turn and slide, a vector of no length",
+     f"problems `{BLOCK}`, `{PIN}`; [what feedback changes](#what-feedback-changes)"),
+    ("(9), (10): losses and efficiency",
+     "[feedback](#what-feedback-changes), [where (10) is exact](#where-formula-10-is-exact)",
+     "slider_crank_losses", "efficiency_map"),
+    ("dynamic analysis with friction (KDAM)", "[motion](../../reference/motion.md)"),
+]  # fmt: skip
+"""Parts of the article, where they are here, and their pictures."""
+
+
 def lines() -> list[str]:
     """Return the section of the page."""
     return [
@@ -396,6 +425,7 @@ def lines() -> list[str]:
         f"pp. 1080-1082 (article 003). Problems `{CRANK}`, `{INERTIA}`, `{BLOCK}`, `{PIN}`, with "
         "dimensions of our own: the article prints formulas and claims, no numbers.",
         "",
+        *places(PLACES),
         "### Formulas of friction",
         "",
         *formulas(),
