@@ -13,7 +13,7 @@ from mechdae.draw import save
 def figure() -> Figure:
     """Return the figure."""
     result = md.solve(md.load("differential"), task="laws")
-    drawn = md.plot(result, "diagram", pose=20, traces=False, angles=["all"]).get_figure(root=True)
+    drawn = md.plot(result, "diagram", pose=330, traces=False, angles=["all"]).get_figure(root=True)
     assert isinstance(drawn, Figure)
     return drawn
 

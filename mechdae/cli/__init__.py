@@ -10,7 +10,6 @@ import gc
 import sys
 from collections.abc import Sequence
 from contextlib import AbstractContextManager, nullcontext, redirect_stdout
-from itertools import pairwise
 from typing import TextIO, cast
 
 from mechdae import __version__
@@ -87,7 +86,9 @@ def main(argv: Sequence[str] | None = None) -> int:
         arguments = parser.parse_args(_with_labels(words))
     except SystemExit as stop:
         if stop.code:
-            _hint(words)
+            from mechdae.cli.failures import hint
+
+            hint(words)
         return int(stop.code or 0)
     try:
         with _output(arguments):
@@ -98,19 +99,6 @@ def main(argv: Sequence[str] | None = None) -> int:
         from mechdae.cli.failures import failure
 
         return failure(error, arguments)
-
-
-def _hint(words: list[str]) -> None:
-    """Say what is usually meant by words that are not understood."""
-    from mechdae.draw.catalogue import OPTIONS
-
-    if any("=" not in w for s, w in pairwise(words) if s == "--set"):
-        print("  try: --set NAME=VALUE, without blanks: --set a_mm=30", file=sys.stderr)
-    for flag, first, second in zip(words, words[1:], words[2:], strict=False):
-        option = OPTIONS.get(flag.removeprefix("--"))
-        if option and option.what == "names" and "-" not in (first[:1], second[:1]):
-            print(f"  try: {flag} {first} {flag} {second}, one for each", file=sys.stderr)
-            return
 
 
 def _output(arguments: argparse.Namespace) -> AbstractContextManager[object]:

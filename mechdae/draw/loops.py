@@ -13,10 +13,11 @@ from mechdae.describe.vectors.expand import slide_of
 from mechdae.describe.vectors.loops_of import LoopVectors, drawn_vectors
 from mechdae.draw import style
 from mechdae.draw.diagram import symbols
-from mechdae.draw.diagram.diagram import View, draw_pose, extent
+from mechdae.draw.diagram.diagram import draw_pose, extent
 from mechdae.draw.diagram.driver import driven_bodies, drivers_of
 from mechdae.draw.diagram.places import JoinedScene
 from mechdae.draw.diagram.scene import Array, choose_pose, read_scene
+from mechdae.draw.diagram.view import View
 from mechdae.draw.figure import new_axes
 from mechdae.draw.fonts import font, width_of
 from mechdae.draw.labels import layout

@@ -43,6 +43,13 @@ def test_a_number_that_is_set_is_one_word(capsys: pytest.CaptureFixture[str]) ->
     assert "without blanks" not in capsys.readouterr().err
 
 
+def test_names_of_one_option_are_given_one_by_one(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["plot", "slider-crank", "--of", "bodies/rod/angle", "bodies/crank/angle"]) == 2
+    assert "--of bodies/rod/angle --of bodies/crank/angle" in capsys.readouterr().err
+    assert main(["plot", "slider-crank", "--pose", "1", "2"]) == 2
+    assert "one for each" not in capsys.readouterr().err
+
+
 def test_a_file_that_is_not_there(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "toggle.toml").write_text("schema = 1\n", encoding="utf-8")
     assert main(["solve", str(tmp_path / "togle.toml")]) == 2

@@ -19,7 +19,7 @@ BUDGETS = {
     "dynamics": 8_050,
     "design": 15_830,
     "tasks": 2_270,
-    "cli": 1_700,
+    "cli": 1_710,
     "parts": 26_940,  # what a page teaches by
 }
 """Room -> most lines of its modules; some of them import what annotations name."""
