@@ -20,12 +20,12 @@ BUDGETS = {
     "design": 15_830,
     "tasks": 2_270,
     "cli": 1_710,
-    "parts": 26_940,  # what a page teaches by
+    "parts": 27_120,  # what a page teaches by
 }
 """Room -> most lines of its modules; some of them import what annotations name."""
 ALONE = 972
 """Lines of the modules that stand alone: errors, records, types, additions."""
-TOTAL = 139_800
+TOTAL = 139_950
 LONGEST = 500
 LONGER = {
     "describe/mechanism.py": 570,
