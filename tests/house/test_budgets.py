@@ -8,11 +8,11 @@ from tests.shared.paths import ROOT
 
 PACKAGE = ROOT / "mechdae"
 BUDGETS = {
-    "describe": 12_370,  # rare kinds in modules of their own, which most problems do not import
+    "describe": 12_620,  # rare kinds in modules of their own, which most problems do not import
     "numerics": 4_650,
     "equations": 7_620,  # what is left out of a scene: rollers, second machines, plane and space
     "results": 3_520,
-    "draw": 20_630,  # graphs of motions; texts are measured without matplotlib
+    "draw": 20_690,  # graphs of motions; texts are measured without matplotlib
     "kernels": 7_450,
     "motion": 23_060,  # poses of several drivers at the speed of one
     "forces": 4_770,
@@ -20,12 +20,12 @@ BUDGETS = {
     "design": 15_830,
     "tasks": 2_270,
     "cli": 1_710,
-    "parts": 27_120,  # what a page teaches by
+    "parts": 28_090,  # what a page teaches by
 }
 """Room -> most lines of its modules; some of them import what annotations name."""
 ALONE = 972
 """Lines of the modules that stand alone: errors, records, types, additions."""
-TOTAL = 139_950
+TOTAL = 141_250
 LONGEST = 500
 LONGER = {
     "describe/mechanism.py": 570,
