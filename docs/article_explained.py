@@ -19,8 +19,7 @@ BESIDE = {
     "|ω_4|": "w4", "|ω_6|": "w6", "|ω_7|": "w7",
 }  # fmt: skip
 """Symbol of the explanation -> key of the article's quantity, both magnitudes."""
-ARTICLE = "article | % | drawn | % | verdict"
-PARTS = ("Positions", "Velocities", "Accelerations")
+PARTS = ("Velocities", "Accelerations")
 
 
 def rows_of(key: str) -> list[Row]:
@@ -28,7 +27,7 @@ def rows_of(key: str) -> list[Row]:
     return [row for rows in PRINTED.values() for row in rows if row.key == key]
 
 
-def beside(symbol: str, *cells: str) -> list[list[str]]:
+def beside(symbol: str, size: str, line: str = "") -> list[list[str]]:
     """Return the rows of one vector: what the explanation has, and each print of the article."""
     key = BESIDE.get(symbol)
     true = quantities(pose())[key] if key else 0.0
@@ -38,32 +37,33 @@ def beside(symbol: str, *cells: str) -> list[list[str]]:
         judged = verdict(row.printed, true)
         found.append(
             [
-                *([symbol, *cells] if k == 0 else ["″"] * (1 + len(cells))),
+                *([symbol, size, line] if k == 0 else ["", "", ""]),
                 sign(row.printed),
                 percent(float(row.printed), true),
-                row.drawn or "–",
-                percent(float(row.drawn), true) if row.drawn else "–",
+                row.drawn,
+                percent(float(row.drawn), true) if row.drawn else "",
                 f"{judged}: {row.why}" if row.why else judged,
             ]
         )
-    return found or [[symbol, *cells, "–", "–", "–", "–", "–"]]
+    return found or [[symbol, size, line, "", "", "", "", "–"]]
 
 
 def blocks(section: dict[str, Any]) -> Iterator[list[str]]:
     """Yield the lines of each vector equation of a section, with the article beside."""
-    heads = "vector | size | angle with x | x | y | direction"
+    head = "vector | size | line of action | article | % | drawn | % | verdict"
     pending: list[str] = []
     for block in section["blocks"]:
         if "rows" in block:
-            body = [line for row in block["rows"] for line in beside(*row)]
-            yield [*_code(pending), *table(f"{heads} | {ARTICLE}", body)]
+            body = [
+                line for symbol, size, _, way in block["rows"] for line in beside(symbol, size, way)
+            ]
+            yield [*_code(pending), *table(head, body)]
             pending = []
         elif "formula" in block:
             symbol, size = block["formula"].split(" = ")[0], block["formula"].split(" = ")[-1]
             if symbol.startswith("|") and symbol in BESIDE:
-                code = _code([*pending, block["formula"]])
-                yield [*code, *table(f"rate | value | {ARTICLE}", beside(symbol, size))]
-                pending = []
+                short = "rate | value | line | article | % | drawn | % | verdict"
+                yield [*_code([block["formula"]]), *table(short, beside(symbol, size, ""))]
             else:
                 pending.append(block["formula"])
     if pending:

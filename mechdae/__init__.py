@@ -13,7 +13,7 @@ __version__ = "0.21.0"
 PARTS = (
     "mechdae.tasks",
     "mechdae.parts.page", "mechdae.parts.paper", "mechdae.parts.exchange", "mechdae.parts.types",
-    "mechdae.parts.proof", "mechdae.parts.bench",
+    "mechdae.parts.proof", "mechdae.parts.play", "mechdae.parts.bench",
 )  # fmt: skip
 """Packages that add commands, kinds of tasks and pictures, see `mechdae.additions`."""
 
@@ -52,6 +52,7 @@ _HOMES = {
     "mechdae.describe.tasks.synthesis": "Synthesis",
     "mechdae.describe.tasks.studies": "Study Sensitivity",
     "mechdae.parts.types.described.task": "Composition CurveGoal",
+    "mechdae.parts.play.task": "Play",
     "mechdae.describe.file.problem": "Problem Expected",
     "mechdae.describe.file.load": "load",
     "mechdae.describe.file.library": "new",

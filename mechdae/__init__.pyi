@@ -96,6 +96,7 @@ from mechdae.parts.paper.explanations import Explanation as Explanation
 from mechdae.parts.paper.explanations import explain as explain
 from mechdae.parts.paper.reports import Report as Report
 from mechdae.parts.paper.reports import report as report
+from mechdae.parts.play.task import Play as Play
 from mechdae.parts.proof import certify as certify
 from mechdae.parts.proof import check_certificate as check_certificate
 from mechdae.parts.types.chains.chains import KinematicChain as KinematicChain
@@ -174,6 +175,7 @@ __all__ = [
     "Page",
     "PinInSlot",
     "PlanarPair",
+    "Play",
     "Prismatic",
     "Problem",
     "ProblemFileError",
@@ -262,6 +264,18 @@ __all__ = [
     "watt",
 ]
 
+@overload
+def solve(
+    problem: Source,
+    task: Play,
+    *,
+    set: Mapping[str, Number] | None = None,
+    mode: str | None = None,
+    poses: int | None = None,
+    units: str | Units = SI,
+    workers: int = 1,
+    progress: Callable[[int, int], None] | None = None,
+) -> SweepResult: ...
 @overload
 def solve(
     problem: Source,

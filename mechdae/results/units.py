@@ -67,6 +67,11 @@ UNITS = {
     "kinetic": "J",
     "potential": "J",
     "drift": "1",
+    **{
+        f"{word}{end}": unit
+        for word, unit in (("position", "m"), ("distance", "m"), ("slide", "m"), ("angle", "rad"))
+        for end in ("_band", "_reached", "_shift")
+    },
 }
 
 WHOLE = (("Fx", "Fy", "M"), ("N", "N", "N m"))

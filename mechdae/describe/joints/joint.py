@@ -261,4 +261,7 @@ NOT_NEGATIVE = (
     "pretension",
     "press",
     "adhesion",
+    "clearance",
+    "backlash",
+    "backlash_angle",
 )

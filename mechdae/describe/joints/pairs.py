@@ -19,6 +19,7 @@ class Revolute(Joint):
     friction_static: Number | None = optional("number", unit="1")
     pin_radius: Number | None = optional("number", doc="m", unit="m")
     face_width: Number | None = optional("number", doc=WIDE, unit="m")
+    clearance: Number | None = optional("number", doc="of the pin, radial, m", unit="m")
 
     kind: ClassVar[str] = "revolute"
     surfaces: ClassVar[tuple[tuple[str, ...], ...]] = (("pin_radius",),)
@@ -60,6 +61,7 @@ class Prismatic(Joint):
     contact_length: Number | None = optional("number", doc="2b, m; absent: long guide", unit="m")
     one_sided: str | None = optional("text", choices=SIDES, doc=LIES)
     face_width: Number | None = optional("number", doc=WIDE, unit="m")
+    clearance: Number | None = optional("number", doc="on each side of the block, m", unit="m")
 
     kind: ClassVar[str] = "prismatic"
     surfaces: ClassVar[tuple[tuple[str, ...], ...]] = (("contact_length",),)
@@ -96,6 +98,7 @@ class PinInSlot(Joint):
     face_width: Number | None = optional("number", doc=WIDE, unit="m")
     shoe_length: Number | None = optional("number", doc="of a flat shoe on the pin, m", unit="m")
     contact_modulus: Number | None = optional("number", doc=STIFF, unit="Pa")
+    clearance: Number | None = optional("number", doc="on each side of the pin, m", unit="m")
 
     kind: ClassVar[str] = "pin-in-slot"
     surfaces: ClassVar[tuple[tuple[str, ...], ...]] = (

@@ -35,6 +35,8 @@ class Gear(Joint):
     pressure_angle: Number = optional("number", PRESSURE_ANGLE, doc="rad", unit="rad")
     mesh_loss: Number | None = optional("number", doc="share of power", unit="1")
     one_sided: str | None = optional("text", choices=SENSES, doc=TURNS)
+    backlash: Number | None = optional("number", doc="along the pitch circle, m", unit="m")
+    backlash_angle: Number | None = optional("number", doc="of the first wheel, rad", unit="rad")
 
     kind: ClassVar[str] = "gear"
     lower: ClassVar[bool] = False
@@ -84,6 +86,7 @@ class Rack(Joint):
     pressure_angle: Number = optional("number", PRESSURE_ANGLE, unit="rad")
     mesh_loss: Number | None = optional("number", unit="1")
     one_sided: str | None = optional("text", choices=SENSES, doc=TURNS)
+    backlash: Number | None = optional("number", doc="along the rack, m", unit="m")
 
     kind: ClassVar[str] = "rack"
     lower: ClassVar[bool] = False

@@ -20,14 +20,11 @@ from mechdae.draw.formulas.tree import (
     Less,
     Letter,
     Listed,
-    Matrix,
     Norm,
     Number,
     Part,
     Product,
     Quotient,
-    Root,
-    Square,
     Sum,
     UnitName,
     Wording,
@@ -41,7 +38,7 @@ from mechdae.draw.formulas.tree import (
 
 __all__ = [
     "Column", "Cross", "Document", "Equation", "Facts", "Formula", "Grid", "Image", "Less",
-    "Letter", "Listed", "Matrix", "Norm", "Note", "Number", "Part", "Passage", "Product",
-    "Quotient", "Root", "Section", "Square", "Sum", "UnitName", "Wording", "columns",
-    "decimals", "like", "number", "numbers", "plain", "rounded",
+    "Letter", "Listed", "Norm", "Note", "Number", "Part", "Passage", "Product", "Quotient",
+    "Section", "Sum", "UnitName", "Wording", "columns", "decimals", "like",
+    "number", "numbers", "plain", "rounded",
 ]  # fmt: skip

@@ -10,13 +10,7 @@ import numpy as np
 
 from mechdae.draw.diagram.scene import Array, DrawnScene
 from mechdae.draw.formulas.notations import mathtext
-from mechdae.draw.plans.relations import (
-    STILL,
-    Relation,
-    Relations,
-    Spot,
-    small_letter,
-)
+from mechdae.draw.plans.relations import STILL, Relation, Relations, Spot, small_letter
 from mechdae.draw.plans.vectors import Arrow, End, Plan
 
 if TYPE_CHECKING:
@@ -27,11 +21,9 @@ MANY = 6
 """Of more letters at one end the rest is left out."""
 
 
-def motion_plan(
-    result: SweepResult, scene: DrawnScene, pose: int, word: str, group: str | None = None
-) -> Plan:
-    """Return the plan of ``"velocity"`` or ``"acceleration"`` of one pose, or of a group in it."""
-    return _Builder(result, scene, pose, word).plan(group)
+def motion_plan(result: SweepResult, scene: DrawnScene, pose: int, word: str) -> Plan:
+    """Return the plan of ``"velocity"`` or ``"acceleration"`` of one pose."""
+    return _Builder(result, scene, pose, word).plan()
 
 
 class _Builder(Relations):
@@ -41,22 +33,20 @@ class _Builder(Relations):
         super().__init__(result, scene, pose, word)
         self.count = Counter[str]()
 
-    def plan(self, group: str | None) -> Plan:
-        groups = [own for own in self.groups if group in (None, own[0])]
-        spots = self.spots if group is None else self._spots_of(groups[0][1])
+    def plan(self) -> Plan:
         arrows: dict[tuple[float, ...], Arrow] = {}
         relations: list[tuple[str, tuple[str, ...]]] = []
         sides: list[tuple[Array, Array]] = []
         inner: list[End] = []
         gap = 0.0
-        for spot in spots:
+        for spot in self.spots:
             if float(np.hypot(*spot.value)) > STILL * self.size:
                 gid = f"{self.word}-{spot.reference}"
                 arrows.setdefault(
                     self._key(np.zeros(2), spot.value),
                     Arrow(gid, "total", np.zeros(2), spot.value),
                 )
-        for name, bodies in groups:
+        for name, bodies in self.groups:
             texts = []
             for body in bodies:
                 for chain in self.of(body, bodies):
@@ -72,11 +62,11 @@ class _Builder(Relations):
         titles = {"velocity": "Velocity plan", "acceleration": "Acceleration plan"}
         return Plan(
             self.word,
-            titles[self.word] + (f", {groups[0][0]}" if group is not None else ""),
+            titles[self.word],
             self.symbol,
             self.unit,
             tuple(arrows.values()),
-            (*self._ends(spots), *inner),
+            (*self._ends(), *inner),
             tuple(sides),
             tuple(relations),
             gap,
@@ -87,17 +77,10 @@ class _Builder(Relations):
         scale = STILL * self.size or 1.0
         return tuple(np.round(np.concatenate([start, end]) / scale).tolist())
 
-    def _spots_of(self, bodies: tuple[str, ...]) -> list[Spot]:
-        """Return the points of a group and those that its relations begin at."""
-        chains = [chain for body in bodies for chain in self.of(body, bodies)]
-        letters = {spot.letter for spot in self.spots if spot.body in bodies}
-        letters |= {spot.letter for chain in chains for spot in (chain.start, chain.end)}
-        return [spot for spot in self.spots if spot.letter in letters]
-
-    def _ends(self, spots: list[Spot]) -> Iterator[End]:
+    def _ends(self) -> Iterator[End]:
         """Yield the lettered ends; letters of ends that coincide are written together."""
         found: list[tuple[Array, list[str], str]] = [(np.zeros(2), [], f"{self.word}-pole")]
-        for spot in spots:
+        for spot in self.spots:
             for place, letters, _ in found:
                 if float(np.hypot(*(place - spot.value))) <= 1e-7 * self.size:
                     letters.append(spot.letter)
@@ -111,7 +94,7 @@ class _Builder(Relations):
             elif len(small) > MANY:
                 small = [*small[: MANY - 1], r"\ldots"]
             if gid.endswith("-pole"):
-                taken = {small_letter(spot.letter) for spot in spots}
+                taken = {small_letter(spot.letter) for spot in self.spots}
                 small.insert(0, rf"{self.pole}_{self.symbol}" if self.pole in taken else self.pole)
             yield End(gid, r",\,".join(small), place)
 

@@ -86,7 +86,7 @@ def by_quaternion(e: Sym) -> Sym:
 
 
 @dataclass(frozen=True)
-class Play:
+class JointMotion:
     """What a joint does: its coordinates by name, crossed pins, the lead of a screw a radian."""
 
     at: Mapping[str, Sym]
@@ -115,14 +115,14 @@ class Play:
         return (*side, *(found if forward else back(found)))
 
 
-def forward(first: TreeFrame, s1: Sym, C1: Sym, C2: Sym, play: Play) -> TreeFrame:
+def forward(first: TreeFrame, s1: Sym, C1: Sym, C2: Sym, play: JointMotion) -> TreeFrame:
     """Return the frame of the second body of a joint; its anchor is the joint's point."""
     Q, t = play.moved
     A = first.side(C1)
     return TreeFrame(first.point(s1) + A @ t, A @ Q, C2, play.way(first.to(s1, C1), True))
 
 
-def backward(second: TreeFrame, s2: Sym, C1: Sym, C2: Sym, play: Play) -> TreeFrame:
+def backward(second: TreeFrame, s2: Sym, C1: Sym, C2: Sym, play: JointMotion) -> TreeFrame:
     """Return the frame of the first body of a joint; its anchor is the joint's point."""
     Q, t = play.moved
     A = second.side(C2) @ Q.T

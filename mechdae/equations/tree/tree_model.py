@@ -49,7 +49,7 @@ from mechdae.equations.tree.skeleton import Skeleton
 from mechdae.equations.tree.solid import SPACE
 from mechdae.equations.tree.spanning import Edge, edges
 from mechdae.equations.tree.spatial_frames import (
-    Play,
+    JointMotion,
     TreeFrame,
     backward,
     by_quaternion,
@@ -189,7 +189,7 @@ class TreeModel(Spinning, TreeForces):
             points = [side for side in sides if side.split(".")[0] == edge.child]
             self._anchors[edge.child] = points[0].split(".")[1]
             e = ca.vertcat(*[at[name] for name in QUATERNION])
-            place, way = ca.vertcat(*[at[name] for name in "xyz"]), Play(at).way((), True)
+            place, way = ca.vertcat(*[at[name] for name in "xyz"]), JointMotion(at).way((), True)
             return TreeFrame(place, by_quaternion(e), SX.eye(3), way)
         joint = self.mechanism.joints[edge.joint]
         if edge.child in self.points:
@@ -199,7 +199,7 @@ class TreeModel(Spinning, TreeForces):
         if lead is not None:
             names = ("angle",)
         at = self._own(edge.joint, names, edge.child)
-        play = Play(at, getattr(joint, "crossed", False), lead)
+        play = JointMotion(at, getattr(joint, "crossed", False), lead)
         C1, C2 = (self._side(edge.joint, second) for second in (False, True))
         known: Any = self._frames[edge.parent]
         here, there = joint.first, joint.second

@@ -1,1 +1,0 @@
-"""Parts of a planar mechanism to cut or print: plates in layers, pins, spacers, a list."""

@@ -1,0 +1,1 @@
+"""What bands are drawn as."""

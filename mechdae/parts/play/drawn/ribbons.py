@@ -1,0 +1,80 @@
+"""Paths of points in their bands, drawn as much wider as can be seen."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.patches import PathPatch
+from matplotlib.path import Path
+
+from mechdae.draw import style
+from mechdae.draw.graphs import coupler
+from mechdae.draw.graphs.scale import scale_of
+from mechdae.errors import InputError
+from mechdae.types import Floats, Points
+
+if TYPE_CHECKING:
+    from mechdae.results import SweepResult
+
+SEEN = 0.03
+"""Share of the size of the paths that the widest band has in the picture."""
+
+
+def draw(
+    result: SweepResult, ax: Axes | None = None, *, of: Sequence[str] | None = None,
+    ticks: bool = False, pivots: bool = True,
+) -> Axes:  # fmt: skip
+    """Draw paths of points with a band on both sides, as wide as ``distance_band``.
+
+    Parameters
+    ----------
+    result
+        What `mechdae.solve` returned for a task of kind play.
+    ax
+        Axes to draw in; without it a new figure is made.
+    of
+        Names of points; without it coupler points, as of the picture of their paths.
+    ticks, pivots
+        Whether equal steps of time are marked, whether fixed pivots are shown.
+
+    Raises
+    ------
+    InputError
+        No point has a band.
+    """
+    points = list(of or coupler.default_points(result))
+    places = [result.points[name].position for name in points]
+    bands = [result.points[name].distance_band for name in points]
+    widest = max((np.nanmax(band, initial=0.0) for band in bands), default=0.0)
+    if not widest:
+        raise InputError("no band is proved of these points", where="of")
+    panel = coupler.draw(result, ax, of=points, ticks=ticks, pivots=pivots)
+    span = max(float(np.nanmax(np.ptp(place, axis=0))) for place in places)
+    wider = float(f"{max(SEEN * span / widest, 1.0):.1g}")
+    scale = scale_of("m", places, result.units)
+    for k, (place, band) in enumerate(zip(places, bands, strict=True)):
+        _ribbon(panel, scale(place), scale(wider * band), style.SERIES[k % len(style.SERIES)])
+    note = f"bands {wider:g} times as wide" if wider > 1 else "bands in scale"
+    panel.text(
+        0.99, 0.01, note, transform=panel.transAxes, ha="right", va="bottom", color=style.INK,
+        fontsize=panel.xaxis.get_ticklabels()[0].get_fontsize(),
+    )  # fmt: skip
+    return panel
+
+
+def _ribbon(panel: Axes, place: Points, band: Floats, color: str) -> None:
+    """Fill the ribbon around a path (n, 2), its parts where there is a band (n,)."""
+    there = np.isfinite(band) & np.isfinite(place).all(axis=1)
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], there, [False]]).astype(int)))
+    for first, end in zip(edges[::2], edges[1::2], strict=True):
+        if end - first < 2:
+            continue
+        line, half = place[first:end], band[first:end, None]
+        along = np.gradient(line, axis=0)
+        size = np.linalg.norm(along, axis=1, keepdims=True)
+        normal = np.stack([-along[:, 1], along[:, 0]], axis=1) / np.where(size > 0, size, 1.0)
+        ring = np.concatenate([line + half * normal, (line - half * normal)[::-1]])
+        panel.add_patch(PathPatch(Path(ring, closed=True), color=color, alpha=0.2, lw=0, zorder=1))

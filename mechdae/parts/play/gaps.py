@@ -1,0 +1,168 @@
+"""The gaps of joints: which equations they open, and by how much.
+
+With clearance the equations of a joint, second body minus first, are Phi = w for any w of a set
+W that is convex and symmetric: a disc of a pin in its bush, an interval of a pin in a slot and of
+teeth, a rhombus of the offset n and the tilt t of a block in its guide. What a set does to a linear
+form a w is its support function, the largest value there.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Mapping, Sequence
+
+import casadi as ca
+import numpy as np
+
+from mechdae.describe import Mechanism
+from mechdae.describe.joints.joint import Joint
+from mechdae.equations.model import Row
+from mechdae.errors import MechanismError
+from mechdae.records import dataclass
+from mechdae.types import Floats, Sym
+
+KEYS = ("clearance", "backlash", "backlash_angle")
+"""Keys of joints that give a gap."""
+
+
+@dataclass(frozen=True)
+class JointGap:
+    """The gap of one joint.
+
+    Attributes
+    ----------
+    key
+        Of the file, ``clearance`` or another one of `KEYS`.
+    size
+        Its value there [m, rad].
+    rows
+        Places of the equations that it opens.
+    reach
+        How far each of them opens alone, (n, rows) or (1, rows) [m, rad].
+    disc
+        Whether the set is a disc, else a rhombus with its corners at ``reach``.
+    """
+
+    joint: str
+    key: str
+    size: float
+    rows: list[int]
+    reach: Floats
+    disc: bool
+
+    @property
+    def opened(self) -> list[tuple[int, Floats]]:
+        """The equations that it opens, and how far each opens alone, (n, 1) or (1, 1)."""
+        return list(zip(self.rows, np.hsplit(self.reach, len(self.rows)), strict=True))
+
+    def support(self, scaled: Sequence[Sym]) -> Sym:
+        """Return the largest value of linear forms whose entries are `scaled` by the reach.
+
+        Arrays or expressions, one for each row.
+        """
+        if self.disc:
+            return sum(part * part for part in scaled) ** 0.5
+        sizes = [abs(part) for part in scaled]
+        return functools.reduce(ca.fmax if isinstance(sizes[0], ca.SX) else np.maximum, sizes)
+
+    def pressed(self, reactions: Floats) -> Floats:
+        """Return where reactions (n, rows) on the second body hold the joint, (n, rows).
+
+        They act against the offset: it is the point of the set with the least of reaction times
+        offset. Zero where there is no reaction.
+        """
+        scaled = reactions * self.reach
+        if self.disc:
+            size = np.sqrt(np.square(scaled).sum(axis=-1, keepdims=True))
+            return -self.reach * scaled / np.where(size > 0, size, 1.0)
+        first = np.abs(scaled).argmax(axis=-1, keepdims=True)
+        corner = np.zeros_like(scaled)
+        np.put_along_axis(corner, first, 1.0, axis=-1)
+        return -self.reach * corner * np.sign(scaled)
+
+
+def gaps_of(
+    mechanism: Mechanism, rows: Sequence[Row], centres: Mapping[str, Floats]
+) -> list[JointGap]:
+    """Return the gaps of the joints that have equations among `rows`.
+
+    Parameters
+    ----------
+    centres
+        Distance (n,) of the centres of wheels by joint [m].
+
+    Raises
+    ------
+    MechanismError
+        A gap as large as a link, or a block that is shorter than its gap.
+    """
+    values, found = mechanism.values(), []
+    for name, joint in mechanism.joints.items():
+        places = {row.part: k for k, row in enumerate(rows) if row.owner == name and not row.driver}
+        for key in KEYS:
+            size = values.get(f"{name}.{key}", 0.0)
+            if size and places:
+                _check_size(mechanism, joint, key, size)
+                found.append(_gap(joint, key, size, places, values, centres))
+    return found
+
+
+def _gap(
+    joint: Joint, key: str, size: float, places: Mapping[str, int],
+    values: Mapping[str, float], centres: Mapping[str, Floats],
+) -> JointGap:  # fmt: skip
+    """Return the gap of a joint by the parts of its equations."""
+    where = f"joints.{joint.name}.{key}"
+    if joint.hinge:
+        reach = np.full((1, 2), size)
+        return JointGap(joint.name, key, size, [places["x"], places["y"]], reach, True)
+    if joint.straight:
+        length = values.get(f"{joint.name}.contact_length")
+        if not joint.guide or length is None:
+            return JointGap(joint.name, key, size, [places["n"]], np.full((1, 1), size), False)
+        if 2 * size >= length:
+            raise MechanismError(
+                f"the block is {length:g} m long: in a gap of {size:g} m on each side it can turn "
+                "round", where=where,
+            )  # fmt: skip
+        tilt = math.asin(2 * size / length)  # both ends of the block within the guide
+        reach = np.array([[size, tilt]])
+        return JointGap(joint.name, key, size, [places["n"], places["turn"]], reach, False)
+    half = size / 2
+    if key == "backlash" and joint.wheels == 2:
+        turned = abs(1 - values[f"{joint.name}.ratio"])
+        if not turned or not centres[joint.name].min(initial=np.inf):
+            raise MechanismError(
+                "wheels about one axis have no pitch circle", where=where, hint="backlash_angle"
+            )
+        reach = half * turned / centres[joint.name][:, None]
+    else:
+        reach = np.full((1, 1), half)
+    return JointGap(joint.name, key, size, [places["mesh"]], reach, False)
+
+
+def _check_size(mechanism: Mechanism, joint: Joint, key: str, size: float) -> None:
+    """Raise for a gap in metres that is as large as a link of the joint."""
+    if key == "backlash_angle":
+        return
+    values, used = mechanism.values(), set[str]()
+    for each in mechanism.joints.values():
+        used |= {each.first, each.second}
+    for side in (joint.first, joint.second):
+        body = side.split(".")[0]
+        if body not in mechanism.bodies:
+            continue
+        here = np.array([values[f"{side}.x"], values[f"{side}.y"]])
+        links = [
+            float(np.hypot(*(np.array([values[f"{point}.x"], values[f"{point}.y"]]) - here)))
+            for point in used
+            if point.split(".")[0] == body
+        ]
+        length = min((link for link in links if link > 0), default=math.inf)
+        if size >= length:
+            raise MechanismError(
+                f"{key} is {size:g} m, and from there to the next joint of {body} it is "
+                f"{length:g} m: it has to be smaller than the link",
+                where=f"joints.{joint.name}.{key}",
+            )

@@ -1,0 +1,39 @@
+"""The kind of task that asks how far outputs wander because joints have clearance."""
+
+from __future__ import annotations
+
+from dataclasses import fields
+from typing import ClassVar
+
+from mechdae.describe.mechanism import Mechanism
+from mechdae.describe.tasks.kinds import Sweep
+from mechdae.describe.tasks.reactions import Reactions
+from mechdae.errors import MechanismError
+from mechdae.parts.play.gaps import KEYS
+from mechdae.records import dataclass, optional
+
+
+@dataclass(frozen=True)
+class Play(Sweep):
+    """Bands of points, angles and slides along a sweep, from the clearance of the joints.
+
+    ``under_load`` also says where loads press: the side of its gap on which each joint lies.
+    """
+
+    under_load: bool = optional("flag", False, doc="also where the loads press each joint")
+
+    kind: ClassVar[str] = "play"
+    in_space: ClassVar[bool] = False
+    holds: ClassVar[tuple[str, ...]] = ("poses", "path", "rates", "bands")
+
+    def check(self, mechanism: Mechanism) -> None:
+        super().check(mechanism)
+        given = [name for name, _ in mechanism.numbers() if name.rpartition(".")[2] in KEYS]
+        if not given:
+            raise MechanismError(
+                "no joint has a clearance", where="joints", hint='clearance = "0.02 mm" of a pin'
+            )
+
+    def with_forces(self) -> Reactions:
+        """Return the task of reactions along the same way."""
+        return Reactions(**{entry.name: getattr(self, entry.name) for entry in fields(Sweep)})

@@ -1,0 +1,52 @@
+"""Bands as text that fits a terminal."""
+
+from __future__ import annotations
+
+from mechdae.results import Result
+from mechdae.results.tables.facts import facts_text
+from mechdae.results.tables.poses import pose_lines
+from mechdae.results.tables.text import fact, in_unit
+
+MOST = 5
+"""Bands in the table."""
+
+
+def band_lines(result: Result, width: int) -> list[str]:
+    """Return a table of the widest bands, a row for each pose that is shown."""
+    paths = [path.split("/") for path in result.summary["play"]["largest"]]
+    names = [
+        f"{part}.{'distance' if kind == 'points' else name}_band" for kind, part, name in paths
+    ]
+    return pose_lines(result, width, names[:MOST])
+
+
+def band_facts(result: Result, width: int) -> list[str]:
+    """Return the widest band of each quantity with the joint that has most of it."""
+    lines, units = facts_text(result, width), result.units
+    driver = next(iter(result.drivers))
+    unit = result.unit("drivers", driver, "position")
+    play = result.summary["play"]
+    for path, entry in play["largest"].items():
+        kind, part, name = path.split("/")
+        share = entry["shares"][entry["joint"]] / sum(entry["shares"].values())
+        text = (
+            f"{part} {name} +- {in_unit(entry['band'], result.unit(kind, part, name), 4, units)} "
+            f"at {driver} = {in_unit(entry['at'], unit, 6, units)}, most of it ({share:.0%}) by "
+            f"{entry['joint']}"
+        )
+        lines += fact("band", text, width)
+    for arc in play["unbounded"]:
+        ends = [in_unit(arc[end], unit, 6, units) for end in ("from", "to")]
+        text = (
+            f"no band is proved from {driver} = {ends[0]} to {ends[1]}: near a limit position it "
+            "grows without end"
+        )
+        lines += fact("band", text, width)
+    for entry in play.get("reversals", ()):
+        ends = [in_unit(entry[end], unit, 6, units) for end in ("from", "to")]
+        text = f"{entry['joint']} changes sides between {driver} = {ends[0]} and {ends[1]}"
+        lines += fact("reversal", text, width)
+    return lines
+
+
+TEXTS = (band_lines, band_facts)
