@@ -19,7 +19,8 @@ BESIDE = {
     "|ω_4|": "w4", "|ω_6|": "w6", "|ω_7|": "w7",
 }  # fmt: skip
 """Symbol of the explanation -> key of the article's quantity, both magnitudes."""
-PARTS = ("Velocities", "Accelerations")
+ARTICLE = "article | % | drawn | % | verdict"
+PARTS = ("Positions", "Velocities", "Accelerations")
 
 
 def rows_of(key: str) -> list[Row]:
@@ -27,7 +28,7 @@ def rows_of(key: str) -> list[Row]:
     return [row for rows in PRINTED.values() for row in rows if row.key == key]
 
 
-def beside(symbol: str, size: str, line: str = "") -> list[list[str]]:
+def beside(symbol: str, *cells: str) -> list[list[str]]:
     """Return the rows of one vector: what the explanation has, and each print of the article."""
     key = BESIDE.get(symbol)
     true = quantities(pose())[key] if key else 0.0
@@ -37,33 +38,32 @@ def beside(symbol: str, size: str, line: str = "") -> list[list[str]]:
         judged = verdict(row.printed, true)
         found.append(
             [
-                *([symbol, size, line] if k == 0 else ["", "", ""]),
+                *([symbol, *cells] if k == 0 else ["″"] * (1 + len(cells))),
                 sign(row.printed),
                 percent(float(row.printed), true),
-                row.drawn,
-                percent(float(row.drawn), true) if row.drawn else "",
+                row.drawn or "–",
+                percent(float(row.drawn), true) if row.drawn else "–",
                 f"{judged}: {row.why}" if row.why else judged,
             ]
         )
-    return found or [[symbol, size, line, "", "", "", "", "–"]]
+    return found or [[symbol, *cells, "–", "–", "–", "–", "–"]]
 
 
 def blocks(section: dict[str, Any]) -> Iterator[list[str]]:
     """Yield the lines of each vector equation of a section, with the article beside."""
-    head = "vector | size | line of action | article | % | drawn | % | verdict"
+    heads = "vector | size | angle with x | x | y | direction"
     pending: list[str] = []
     for block in section["blocks"]:
         if "rows" in block:
-            body = [
-                line for symbol, size, _, way in block["rows"] for line in beside(symbol, size, way)
-            ]
-            yield [*_code(pending), *table(head, body)]
+            body = [line for row in block["rows"] for line in beside(*row)]
+            yield [*_code(pending), *table(f"{heads} | {ARTICLE}", body)]
             pending = []
         elif "formula" in block:
             symbol, size = block["formula"].split(" = ")[0], block["formula"].split(" = ")[-1]
             if symbol.startswith("|") and symbol in BESIDE:
-                short = "rate | value | line | article | % | drawn | % | verdict"
-                yield [*_code([block["formula"]]), *table(short, beside(symbol, size, ""))]
+                code = _code([*pending, block["formula"]])
+                yield [*code, *table(f"rate | value | {ARTICLE}", beside(symbol, size))]
+                pending = []
             else:
                 pending.append(block["formula"])
     if pending:

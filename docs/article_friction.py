@@ -11,7 +11,7 @@ from functools import cache
 from typing import Any
 
 import numpy as np
-from article_text import below, fixed, table, text
+from article_text import below, fixed, places, table, text
 
 import mechdae as md
 
@@ -327,7 +327,7 @@ def claims() -> list[str]:
             [
                 "any structural scheme can be mapped to vector loops", "right, in the plane",
                 "`md.loops_of`, "
-                "[`show --loops`](../../reference/modules.md#the-loops-of-a-mechanism): the "
+                "[`show --loops`](../../reference/vector-loops.md#the-loops-of-a-mechanism): the "
                 "seven-link mechanism has three loops and the modules lα, lα, αα",
             ],
             [
@@ -359,18 +359,22 @@ def claims() -> list[str]:
                 f"N of the guide at 60° grows by {_growth()} %",
             ],
             [
-                "Wankel: contact with a surface of variable curvature", "right",
+                "Wankel: contact with a surface of variable curvature",
+                "right, but line contact limits",
                 f"the seal leans by up to arcsin(3/K), K = R/e = {K:g}: "
                 f"{text(np.degrees(lean), 8)}° in mechdae "
                 f"({below(abs(np.sin(lean) * K / 3 - 1), 1e-10)}). For 3 < K < 9 the "
                 f"curvature changes its sign: here {text(bend.max(), 6)} and {text(bend.min(), 6)} "
-                "per metre",
+                "per metre. Compared with a slider-crank of equal volume "
+                "([three engines](engines.md)) the line of contact counts, its curvature changes "
+                "the pressure by 2.7 %",
             ],
             [
-                "Sarich: flat contacts, large travel, intense acceleration", "right",
+                "Sarich: flat contacts, large travel, intense acceleration", "right, both less "
+                "than of a piston ring",
                 f"a vane moves by ± e in its slot ({below(abs(motion - 1), 1e-10)}) with e ω² "
                 f"({below(abs(reach - 1), 1e-10)}) and as much along the face: mean sliding speed "
-                "2 e ω/π in both contacts",
+                "2 e ω/π in both contacts. The [three engines](engines.md) compare it",
             ],
         ],
     )  # fmt: skip
@@ -380,6 +384,35 @@ def _growth() -> str:
     guide = cycle(CRANK).joints["slide"]
     ratio = float(guide.normal[POSE]) / float(guide.reaction_uncoupled[POSE, 1])
     return fixed(100 * (ratio - 1), 1)
+
+
+PLACES: list[tuple[str, ...]] = [
+    ("Figs. 1, 2 and (1)-(5): vectors, their closure, scheme and vector model",
+     "`--kind loops`; [loops of a mechanism](../../reference/modules.md#the-loops-of-a-mechanism)",
+     "seven_link_loops"),
+    ("4 planar and 20 spatial modules, several solutions each",
+     "`mechdae modules`, [modules](../../reference/modules.md); "
+     "[claims](#claims-about-mechanisms)"),
+    ("composition of mechanisms, any function by vector loops",
+     "[composition](../../how-to/composition.md), [schemes](../../how-to/schemes.md)",
+     "target_schemes", "bean_schemes", "composition_fronts"),
+    ("three orders of a loop, 1296 executions, constructions of each",
+     "`mechdae variants`; [claims](#claims-about-mechanisms)", "ranked_constructions"),
+    ("choice by experts within limits of size",
+     "`mechdae rank`; [composition](../../how-to/composition.md)", "ranking_axes"),
+    ("Wankel and Sarich engines: curvature, travel, accelerations",
+     "problems `wankel-rotor`, `sarich-engine`; [claims](#claims-about-mechanisms)"),
+    ("Fig. 3, (6), (7): friction of a sliding pair", "[formulas](#formulas-of-friction)"),
+    ("Fig. 4, (8): friction circle of a pin",
+     "[formulas](#formulas-of-friction); `--kind plans --which friction`", "quick_return_friction"),
+    ("Figs. 5, 6: pairs that turn and slide, a vector of no length",
+     f"problems `{BLOCK}`, `{PIN}`; [what feedback changes](#what-feedback-changes)"),
+    ("(9), (10): losses and efficiency",
+     "[feedback](#what-feedback-changes), [where (10) is exact](#where-formula-10-is-exact)",
+     "slider_crank_losses", "efficiency_map"),
+    ("dynamic analysis with friction (KDAM)", "[motion](../../reference/motion.md)"),
+]  # fmt: skip
+"""Parts of the article, where they are here, and their pictures."""
 
 
 def lines() -> list[str]:
@@ -392,6 +425,7 @@ def lines() -> list[str]:
         f"pp. 1080-1082 (article 003). Problems `{CRANK}`, `{INERTIA}`, `{BLOCK}`, `{PIN}`, with "
         "dimensions of our own: the article prints formulas and claims, no numbers.",
         "",
+        *places(PLACES),
         "### Formulas of friction",
         "",
         *formulas(),

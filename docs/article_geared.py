@@ -14,6 +14,7 @@ from article_text import (
     below,
     fixed,
     percent,
+    places,
     sign,
     table,
     text,
@@ -531,6 +532,25 @@ def swing_and_claims() -> list[str]:
     return lines + table("claim | verdict | why", rows)
 
 
+PLACES: list[tuple[str, ...]] = [
+    ("Fig. 1, geared five-bar", f"problem `{FIVE}`", "geared_five_bar_diagram"),
+    ("Fig. 2, differential of mobility two: link 3 is off", "problem `differential`",
+     "differential_diagram"),
+    ("(1)-(16)", "[equations](#equations-1-to-16)"),
+    ("two real roots of four", "[roots](#of-the-four-roots-only-two-can-be-real)"),
+    ("example, Fig. 3: φ1(φ4) and its analogue; swing of link 3",
+     "task `turns` with ω4 = 1; [example](#example-and-conclusions)", "geared_five_bar_curves"),
+    ("analogues by numerical differentiation", "exact rates; [example](#example-and-conclusions)"),
+    ("conclusions 1 to 4", "[example and conclusions](#example-and-conclusions)"),
+    ("the input wheel turns fully", "[full turns](#when-the-input-wheel-turns-fully)"),
+    ("synthesis of such mechanisms (refs 1, 3)",
+     "problems `gear5-g1`, `gear5-g3`; [synthesis](synthesis.md)"),
+    ("law φ4(t), initial angle φ40",
+     "keys `law` and `phase`; [problem file](../../reference/problem-file.md)"),
+]  # fmt: skip
+"""Parts of the article, where they are here, and their pictures."""
+
+
 def lines() -> list[str]:
     """Return the section of the page."""
     return [
@@ -541,6 +561,7 @@ def lines() -> list[str]:
         "l1 = 0.048, l2 = 0.09, l3 = 0.08 m, i42 = −1; D at the origin, A at (l0, 0), the input is "
         "the wheel on A.",
         "",
+        *places(PLACES),
         "### Equations (1) to (16)",
         "",
         *equations(),

@@ -12,6 +12,7 @@ from article_text import (
     cosd,
     fixed,
     percent,
+    places,
     sign,
     sind,
     table,
@@ -633,6 +634,33 @@ def ground_length() -> float:
     return og
 
 
+PLACES: list[tuple[str, ...]] = [
+    ("Fig. 1, scheme", f"`mechdae plot {SEVEN} --task pose`", "seven_link_diagram"),
+    ("data",
+     "[file](../../../problems/gorshkov-seven-link.toml); what they leave open: above"),
+    ("mobility by Chebyshev, structural formula", f"`mechdae show {SEVEN}`; above"),
+    ("Fig. 2, plan of positions to scale and Assur groups",
+     "`--kind groups`, `--scale`; [groups](../../reference/pictures.md#groups)",
+     "seven_link_groups"),
+    ("Fig. 3, angles φ, ψ, δ, γ", "`--angles`; [options](../../reference/symbols.md#options)",
+     "seven_link_angles"),
+    ("coordinates and angles, coefficients P1, P2, a1, b1, p, q of E",
+     "[numbers](#every-printed-number); [positions](#the-explanation-beside-the-article) of II.1"),
+    ("Fig. 4, group 2-3, equation (1), Coriolis part",
+     "[II.3](#the-explanation-beside-the-article)", "seven_link_group_2_3"),
+    ("Fig. 5 and Table 1, group 4-5", "[II.2](#the-explanation-beside-the-article)",
+     "seven_link_group_4_5"),
+    ("Figs. 6, 7 and Table 2, group 6-7", "[II.1](#the-explanation-beside-the-article)",
+     "seven_link_group_6_7"),
+    ("linear systems of velocities and accelerations",
+     "below each pair of equations of [the explanation](#the-explanation-beside-the-article)"),
+    ("graphic against analytic method", "[plans](#the-plans-drawn-and-computed)",
+     "seven_link_plans"),
+    ("force analysis by the same method (refs 1, 5)", "[forces](#forces)"),
+]  # fmt: skip
+"""Parts of the article, where they are here, and their pictures."""
+
+
 def lines() -> list[str]:
     """Return the section of the page."""
     joints, bodies = len(seven().mechanism.joints), len(seven().mechanism.bodies)
@@ -653,6 +681,7 @@ def lines() -> list[str]:
         f"OA sin φ1 = {text(ground_length(), 12)} m. And the direction of v_A makes the crank turn "
         "clockwise (ω1 = −4 rad/s), which magnitudes alone do not show.",
         "",
+        *places(PLACES),
         "### Every printed number",
         "",
         *every_number(),

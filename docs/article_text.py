@@ -86,3 +86,12 @@ def sind(angle: float) -> float:
 def unit(angle: float) -> Any:
     """Return the unit vector at an angle in degrees."""
     return np.array([cosd(angle), sind(angle)])
+
+
+def places(rows: list[tuple[str, ...]]) -> list[str]:
+    """Return the lines that say where each part of an article is found: name, place, pictures."""
+    found = []
+    for what, where, *plots in rows:
+        links = [f"[{own}](../../../plots/{own}.svg)" for own in plots]
+        found.append([what, where, ", ".join(links) or "–"])
+    return ["### Where everything is", "", *table("in the article | here | picture", found)]

@@ -28,6 +28,10 @@ FIRST = [
 ]
 """What comes first in its group; the rest follows by name."""
 
+HISTORY = Path("docs/history")
+ORPHAN = "---\norphan: true\n---\n\n"
+"""What is linked to and in no contents."""
+
 TITLES = {"README.md": "Tour <README>"}
 ELSEWHERE = ["CHANGELOG.md", "CONTRIBUTING.md"]
 
@@ -45,7 +49,9 @@ def stage(target: Path) -> None:
         text = (ROOT / page).read_text(encoding="utf-8")
         place = target / page
         place.parent.mkdir(parents=True, exist_ok=True)
-        place.write_text(LINK.sub(lambda m, page=page: _link(m, page, target), text), "utf-8")
+        text = LINK.sub(lambda m, page=page: _link(m, page, target), text)
+        head = ORPHAN if page.parent == HISTORY else ""
+        place.write_text(head + text, encoding="utf-8")
 
 
 def _link(found: re.Match[str], page: Path, target: Path) -> str:

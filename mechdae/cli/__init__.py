@@ -10,7 +10,6 @@ import gc
 import sys
 from collections.abc import Sequence
 from contextlib import AbstractContextManager, nullcontext, redirect_stdout
-from itertools import pairwise
 from typing import TextIO, cast
 
 from mechdae import __version__
@@ -86,8 +85,10 @@ def main(argv: Sequence[str] | None = None) -> int:
     try:
         arguments = parser.parse_args(_with_labels(words))
     except SystemExit as stop:
-        if stop.code and any("=" not in w for s, w in pairwise(words) if s == "--set"):
-            print("  try: --set NAME=VALUE, without blanks: --set a_mm=30", file=sys.stderr)
+        if stop.code:
+            from mechdae.cli.failures import hint
+
+            hint(words)
         return int(stop.code or 0)
     try:
         with _output(arguments):

@@ -6,6 +6,7 @@ import argparse
 import io
 import os
 import sys
+from itertools import pairwise
 from typing import TextIO
 
 from mechdae.cli import message
@@ -59,3 +60,16 @@ class Unread(io.TextIOBase):
 
     def isatty(self) -> bool:
         return bool(self._stream.isatty())
+
+
+def hint(words: list[str]) -> None:
+    """Say what is usually meant by words that are not understood."""
+    from mechdae.draw.catalogue import OPTIONS
+
+    if any("=" not in w for s, w in pairwise(words) if s == "--set"):
+        print("  try: --set NAME=VALUE, without blanks: --set a_mm=30", file=sys.stderr)
+    for flag, first, second in zip(words, words[1:], words[2:], strict=False):
+        option = OPTIONS.get(flag.removeprefix("--"))
+        if option and option.what == "names" and "-" not in (first[:1], second[:1]):
+            print(f"  try: {flag} {first} {flag} {second}, one for each", file=sys.stderr)
+            return

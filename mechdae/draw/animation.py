@@ -21,6 +21,7 @@ from mechdae.draw import style
 from mechdae.draw.diagram import diagram
 from mechdae.draw.diagram.loads import peak_force
 from mechdae.draw.diagram.scene import DrawnScene, longest_run, read_scene
+from mechdae.draw.diagram.view import View
 from mechdae.draw.figure import new_axes
 from mechdae.draw.fragments import steady_labels
 from mechdae.draw.labels.steady import compared
@@ -127,12 +128,12 @@ class Animation:
             paper = new_axes(theme) if axes else None
             yield diagram.draw_pose(paper, scene, self.result, pose, view, theme, Words(self.lang))
 
-    def _view(self, scene: DrawnScene, poses: Sequence[int]) -> diagram.View:
+    def _view(self, scene: DrawnScene, poses: Sequence[int]) -> View:
         """Return what all frames have in common: the scale above all."""
         traces = self.traces and diagram.has_paths(self.result, scene)
         bounds = diagram.common_extent(scene, (*poses, *self.ghosts), traces)
         peak = peak_force(scene, self.result, poses) if self.loads else None
-        view = diagram.View(
+        view = View(
             traces, self.ghosts or 0, self.labels, self.loads, bounds, peak, {},
             subtitle=self.subtitle,
         )  # fmt: skip

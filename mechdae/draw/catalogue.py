@@ -113,7 +113,7 @@ OPTIONS: Mapping[str, Option] = _read("options", Option)
 """Name -> option."""
 ON_PAPER: Mapping[str, Option] = _read("on_paper", Option)
 """How pictures of all kinds are printed."""
-IN_ONE = {"view": 3, "axodes": 3, "shape": 2, "polar": 2}
+IN_ONE = {"view": 3, "axodes": 3, "shape": 2, "polar": 2, "angles": 2}
 """Options of pictures of mechanisms of one dimension only."""
 
 

@@ -72,7 +72,7 @@ def _rank(task: Task, kind: str, options: Mapping[str, Any]) -> tuple[int, ...]:
 
 def _kinds(kind: str, options: Mapping[str, Any]) -> tuple[str, ...]:
     """Return the kinds of tasks that have what options show, all of them: ()."""
-    if options.get("polar") or options.get("which") in OF_FORCES or options.get("group"):
+    if options.get("polar") or options.get("which") in OF_FORCES:
         return ("reactions",)
     if options.get("shape"):
         return ("equilibrium",)

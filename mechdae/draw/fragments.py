@@ -21,11 +21,12 @@ from mechdae.describe.loads import Force, Resistance, Spring
 from mechdae.draw import style
 from mechdae.draw.diagram import symbols
 from mechdae.draw.diagram.amounts import load_values, sense
-from mechdae.draw.diagram.diagram import View, common_extent, draw_scene, extent
+from mechdae.draw.diagram.diagram import common_extent, draw_scene, extent
 from mechdae.draw.diagram.driver import SPAN
 from mechdae.draw.diagram.guides import travel
 from mechdae.draw.diagram.loads import Mark, peak_force
 from mechdae.draw.diagram.scene import DrawnScene, choose_pose
+from mechdae.draw.diagram.view import View
 from mechdae.draw.diagram.wheels import rack_span, rack_travel
 from mechdae.draw.labels.labels import Links, Writing, writings
 from mechdae.draw.labels.steady import AnchorFrame, SteadyLabels, chosen_labels, compared
@@ -49,9 +50,10 @@ NAMES = {
 """What colours are called in the page's style sheet."""
 
 
-def fragments(scene: DrawnScene, result: SweepResult, lang: str = "en") -> Json:
+def fragments(scene: DrawnScene, result: SweepResult, shares: Array, lang: str = "en") -> Json:
     """Return the scene of a motion as fragments in their order.
 
+    ``shares`` are those of the way at all poses. In what is returned,
     ``parts``: see `_moving` and `_rigid`; ``reach``: of guides and racks least and greatest slide
     [m]; ``traces``: points whose paths are drawn; ``loads``: how loads act along the poses.
     """
@@ -59,12 +61,13 @@ def fragments(scene: DrawnScene, result: SweepResult, lang: str = "en") -> Json:
     known = scene.assembled() or [pose]
     some = compared(known, pose)
     bounds = common_extent(scene, some, True)
-    view = View(bounds=bounds, peak=peak_force(scene, result, some), memory={})
+    peak = peak_force(scene, result, some)
+    view = View(bounds=bounds, peak=peak, memory={}, larger=style.PAGE)
     loads = _loads(scene, result, pose, known, view.peak or 1.0)
     sheet, marks, labels = steady_labels(scene, result, some, view, Words(lang))
     # sizes that change are not written
     marks = [replace(mark, text=mark.name) if mark.name in loads else mark for mark in marks]
-    labels.write(sheet, pose, marks)
+    labels.write(sheet, pose, marks, shares)
     writer = FragmentWriter(sheet, lambda anchor: FragmentFrame(sheet, scene, pose, anchor))
     return {
         "parts": list(writer.parts()),
@@ -83,7 +86,7 @@ def steady_labels(
 ) -> tuple[Sheet, list[Mark], SteadyLabels]:
     """Return the first pose without labels, its loads, and labels with places for all poses."""
     low, high, _ = view.bounds or common_extent(scene, poses, view.traces)
-    sheets = [Sheet(None, low, high, memory=view.memory) for _ in poses]
+    sheets = [Sheet(None, low, high, memory=view.memory, larger=view.larger) for _ in poses]
     drawn = [
         draw_scene(sheet, scene, result, k, view, words)
         for sheet, k in zip(sheets, poses, strict=True)
@@ -229,7 +232,7 @@ class FragmentWriter:
         if anchor.spot is None:
             places = [frame.local(shape.points) - corner for shape in run]
         else:
-            part["spot"] = _corner(frame.shares(spot)[0], frame.local(spot)[0] - corner)
+            part["spot"] = [_corner(share, np.array(way) - corner) for share, *way in anchor.ways]
             places = [shape.points - spot for shape in run]
         part["shapes"] = [_shape(shape, at) for shape, at in zip(run, places, strict=True)]
         return part

@@ -34,6 +34,8 @@ class Anchor:
         The shares of corners, where they are not those of their places.
     spot
         Place on the sheet of what does not turn itself: a text.
+    ways
+        Rows (share of the poses, x, y) of its ways from there, between which it glides.
     """
 
     points: tuple[str, ...] = ()
@@ -42,6 +44,7 @@ class Anchor:
     span: bool = False
     weight: tuple[float, ...] = ()
     spot: tuple[float, float] | None = None
+    ways: tuple[tuple[float, ...], ...] = ()
 
 
 PAPER = Anchor()

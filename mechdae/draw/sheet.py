@@ -84,7 +84,7 @@ class Sheet:
         margins: style.Margins = style.MARGINS,
     ) -> None:
         self.paper, self.theme, self.memory = ax, theme, memory
-        points, above = np.array(style.AREA), style.TOP
+        points, above = np.array(style.AREA) * larger, style.TOP
         if ax is not None:
             figure = ax.get_figure(root=True)
             assert figure is not None

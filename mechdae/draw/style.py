@@ -75,6 +75,8 @@ EDGE: Final = 8.0
 """Free border of the figure [pt]."""
 AREA: Final = (488.0, 306.0)
 """Axes of a new figure [pt]: one unit of the sheet is one point in axes of this size."""
+PAGE: Final = (1.0, 1.3)
+"""How much larger the diagram of a page is, on most screens."""
 APART: Final = 27.0
 """Where many joints are nearer to each other than that, a new figure is larger,"""
 CROWD: Final = 12

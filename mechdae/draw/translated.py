@@ -31,6 +31,8 @@ RULES: tuple[Rule, ...] = (
     ),
     (re.compile(rf"({_STATE}) (.*)"), lambda m: f"{STATES[m[1]]} {m[2]}"),
     (re.compile(r"Diagram,(.*) m/mm"), lambda m: f"Схема,{m[1]} м/мм"),
+    (re.compile(r"(\w+ plan), (.*)"), lambda m: f"{in_russian(m[1])}, {m[2]}"),
+    (re.compile(r"class (\w+), order (\d+)"), lambda m: f"класс {m[1]}, порядок {m[2]}"),
     (re.compile(r"Forces on (.*)"), lambda m: f"План сил, {m[1]}"),
     (re.compile(r"(\$\\mu_\w\$ = \S+) (.*)/mm"), lambda m: f"{m[1]} {_ru(m[2])}/мм"),
     (

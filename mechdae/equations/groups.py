@@ -73,7 +73,18 @@ class Group:
         over = f" [{self.superfluous} superfluous]" if self.superfluous else ""
         if self.kind in ("driver", "weld"):
             return f"{'I' if self.kind == 'driver' else 'weld'}({numbers}){over}"
-        return f"{ROMAN[min(self.class_, 10)]} {self.kind}({numbers}){over}"
+        return f"{self.roman} {self.kind}({numbers}){over}"
+
+    @property
+    def roman(self) -> str:
+        """Its class."""
+        return ROMAN[min(self.class_, 10)]
+
+    @property
+    def entry(self) -> Json:
+        """What results say of it."""
+        bodies = list(self.bodies)
+        return {"name": self.name, "bodies": bodies, "class": self.roman, "order": self.order}
 
     @property
     def superfluous(self) -> int:

@@ -24,6 +24,8 @@ GRAIN = 4e-16
 COARSE, BESIDE = 1e3, 16
 """Grains from which on places inside an interval are not evenly spread, and by which they then
 keep away from its ends."""
+EACH = 4
+"""Intervals followed of each one in which marks change; where there are more they are noise."""
 APART = 1e-6
 """Share of the way; arcs nearer to each other are one."""
 Guide = tuple[str, slice]
@@ -47,6 +49,7 @@ def changes(
     there.
     """
     k = np.flatnonzero((marks[1:] != marks[:-1]).any(axis=1))
+    most = max(len(grid) // 2, EACH * len(k), 1)
     rest = Intervals(grid[k], grid[k + 1], marks[k], marks[k + 1], values[k], values[k + 1])
     found: list[Change] = []
     for _ in range(CUTS):
@@ -57,7 +60,7 @@ def changes(
         rest, places = rest.rows(~narrow), places[~narrow]
         if not len(places):
             break
-        rest = rest.cut(places, *look(places.ravel())).rows(slice(max(len(grid) // 2, 1)))
+        rest = rest.cut(places, *look(places.ravel())).rows(slice(most))
     found += rest.found(slice(None))
     return sorted(found, key=lambda change: change[0])
 

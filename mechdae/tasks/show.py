@@ -13,7 +13,7 @@ from mechdae.describe.file.problem import Problem
 from mechdae.describe.mechanism import Mechanism
 from mechdae.describe.tasks.kinds import Driven, Task
 from mechdae.describe.tasks.synthesis import Synthesis, demand, listed_goals
-from mechdae.equations.groups import ROMAN, Group, formula
+from mechdae.equations.groups import Group, formula
 from mechdae.equations.mobility import count_mobility
 from mechdae.equations.model import Model
 from mechdae.equations.reduction import Scene, model_of, scene
@@ -159,11 +159,8 @@ def _driven(problem: Problem, task: Driven, model: Model | None) -> Json:
 def group_entry(group: Group) -> Json:
     """Return a group as in the contract of the JSON."""
     return {
-        "name": group.name,
-        "bodies": list(group.bodies),
+        **group.entry,
         "joints": list(group.joints),
-        "class": ROMAN[min(group.class_, 10)],
-        "order": group.order,
         "kind": group.kind,
         "after": list(group.after),
         "higher_pairs": group.higher_pairs,

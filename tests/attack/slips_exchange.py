@@ -13,6 +13,7 @@ from mechdae.parts.exchange.robots.link_frames import of_quaternion, quaternion,
 from mechdae.parts.exchange.robots.link_tree import link_tree
 from mechdae.tasks.motion_of import motion_of
 from tests.shared.exports import block, coordinate, in_space, motion
+from tests.shared.passing_parts import passing
 from tests.shared.paths import DATA
 from tests.shared.planting import Slip
 from tests.shared.round_trips import CLOSE, back, faults
@@ -93,6 +94,12 @@ def drives() -> float:
     return float(np.abs(gains / known - 1).max()) / EXACT
 
 
+def passes() -> float:
+    """Parts that touch between two poses are met, those that pass are not."""
+    gaps = [passing(radius) for radius in (0.0149999, 0.01500001)]
+    return 0.0 if all(met is (gap < 0) for gap, met in gaps) else np.inf
+
+
 FROM, TREE = "parts.exchange.drawings.from_drawing", "parts.exchange.robots.link_tree"
 SLIPS = [
     Slip(FROM, "self.grounded and not outer", "self.grounded and outer", circles, BACK),
@@ -121,4 +128,6 @@ SLIPS = [
          drives, f"{ROBOTS}test_drivers_have_actuators_in_all_formats"),
     Slip("parts.exchange.robots.link_frames", "R[2, 1] - R[1, 2], R[0, 2] - R[2, 0]",
          "R[1, 2] - R[2, 1], R[0, 2] - R[2, 0]", turns, CLOSES),
+    Slip("parts.exchange.workshop.apart", "~(gaps > reach)", "~(gaps > 0)", passes,
+         "exchange/test_workshop.py::test_what_passes_between_two_poses_is_met"),
 ]  # fmt: skip

@@ -14,8 +14,8 @@ import mechdae as md
 from mechdae.cli import main
 from mechdae.describe.file.load import from_dict
 from mechdae.describe.file.problem import Problem
+from mechdae.describe.layers import LinksCrossing, fewest_layers
 from mechdae.parts.types.chains.variants import layers
-from mechdae.parts.types.chains.variants.layers import LinksCrossing, laid
 
 FOUR_BAR = "four-bar-crank-rocker"
 
@@ -158,23 +158,23 @@ def test_layers_of_a_stack() -> None:
     pins = {"A": ("ground", "one"), "B": ("one", "two"), "C": ("two", "three")}
     links = ("one", "two", "three")
     free = LinksCrossing(links, frozenset(), frozenset())
-    plain = laid(pins, {}, free)
+    plain = fewest_layers(pins, {}, free)
     assert not isinstance(plain, str)
     assert (plain.count, plain.reach) == (3, {"A": 1, "B": 1, "C": 1})
     apart = LinksCrossing(links, frozenset([frozenset(("one", "three"))]), frozenset())
-    stack = laid(pins, {}, apart)
+    stack = fewest_layers(pins, {}, apart)
     assert not isinstance(stack, str)
     assert stack.count == 4
     assert len(set(stack.spans.values())) == 3
-    fork = laid(pins, {"B": "two"}, free)
+    fork = fewest_layers(pins, {"B": "two"}, free)
     assert not isinstance(fork, str)
     low, high = fork.spans["two"]
     assert (low < fork.spans["one"][0] < high, high - low, fork.reach["B"]) == (True, 2, 0)
     over = LinksCrossing(links, frozenset(), frozenset([("two", "A")]))  # the fork passes the pin A
-    assert "pins that reach over" in str(laid(pins, {"B": "two"}, over))
+    assert "pins that reach over" in str(fewest_layers(pins, {"B": "two"}, over))
     circle = {"A": ("one", "two"), "B": ("two", "three"), "C": ("three", "one")}
     nested = {"A": "one", "B": "two", "C": "three"}
-    assert "around each other" in str(laid(circle, nested, free))
+    assert "around each other" in str(fewest_layers(circle, nested, free))
 
 
 @pytest.mark.parametrize("last", [False, True])
@@ -188,7 +188,7 @@ def test_layers_that_cannot_be_are_told_in_bounded_work(
     pins = {f"A{k}": ("ground", name) for k, name in enumerate(three)}
     pairs = frozenset(frozenset(two) for two in combinations(three, 2))
     over = frozenset((name, pin) for name in three for pin in pins if name not in pins[pin])
-    told = laid(pins, {}, LinksCrossing(links, pairs, over))
+    told = fewest_layers(pins, {}, LinksCrossing(links, pairs, over))
     assert told == (
         "no order of layers among the first 10000 that were tried" if last
         else "no order of layers lets all links pass the pins that reach over them"

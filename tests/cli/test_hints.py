@@ -27,7 +27,7 @@ def test_a_name_given_twice(text: str, tmp_path: Path, capsys: pytest.CaptureFix
 @pytest.mark.parametrize(
     ("options", "hint"),
     [
-        (["--kind", "graph"], "one of diagram, animation, plans, curves"),
+        (["--kind", "graph"], "one of diagram, groups, animation, plans, curves"),
         (["--kind", "curves", "--of", "coupler.P"], "did you mean points/coupler.P"),
     ],
 )
@@ -41,6 +41,13 @@ def test_a_number_that_is_set_is_one_word(capsys: pytest.CaptureFixture[str]) ->
     assert "--set NAME=VALUE, without blanks" in capsys.readouterr().err
     assert main(["solve", "slider-crank", "--set", "r=0.13", "more"]) == 2
     assert "without blanks" not in capsys.readouterr().err
+
+
+def test_names_of_one_option_are_given_one_by_one(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["plot", "slider-crank", "--of", "bodies/rod/angle", "bodies/crank/angle"]) == 2
+    assert "--of bodies/rod/angle --of bodies/crank/angle" in capsys.readouterr().err
+    assert main(["plot", "slider-crank", "--pose", "1", "2"]) == 2
+    assert "one for each" not in capsys.readouterr().err
 
 
 def test_a_file_that_is_not_there(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -68,7 +68,9 @@ def test_names_of_before_are_understood() -> None:
         md.plot(result, "curves", joints=["B"])
     with pytest.raises(md.InputError, match="twice"):
         md.plot(result, "curves", of="joints/B/loss", paths=["joints/B/loss"])
-    with pytest.raises(md.InputError, match="pose is for diagram, plans, not for curves"):
+    with pytest.raises(
+        md.InputError, match="pose is for diagram, groups, plans, loops, not for curves"
+    ):
         md.plot(result, "curves", pose=1)
     with pytest.raises(md.UnknownName) as told:
         md.plot(result, "curves", agianst="time")

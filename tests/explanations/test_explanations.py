@@ -96,7 +96,7 @@ def test_seven_link_mechanism_as_in_its_article() -> None:
         "(0.83710; 0.47144) = (0.73848; −0.17374) + (0.09862; 0.64518) m/s",
     ):
         assert line in text
-    assert count(md.explain("gorshkov-seven-link", "pose").document) == 32
+    assert count(md.explain("gorshkov-seven-link", "pose").document) == 46
 
 
 def test_one_group_only() -> None:

@@ -88,6 +88,21 @@ def test_kinks_away_from_the_poses() -> None:
         assert np.abs(other - found[0]).max() < 1e-12
 
 
+def test_no_change_is_lost_where_every_interval_has_one() -> None:
+    """Rows of a table at all poses, and zeros between them: more changes than intervals."""
+    grid = np.arange(0.0, 41.0)
+
+    def look(places):  # a step at each whole number, a sign between them
+        signs = np.sign(np.sin(np.pi * (places - 0.5)))
+        marks = np.stack([np.floor(places), signs], axis=1).astype(int)
+        return marks, np.stack([places, np.sin(np.pi * (places - 0.5))], axis=1)
+
+    guides = [("", slice(0)), ("sign", slice(1, 2))]
+    found = np.array([place for place, _, _ in changes.changes(grid, *look(grid), guides, look)])
+    for expected in (grid[1:], grid[:-1] + 0.5):
+        assert np.abs(found[:, None] - expected).min(axis=0).max() < 1e-12
+
+
 def test_intervals_narrow_as_fast_as_a_line_allows() -> None:
     """An interval of sin around pi: places crowd around the zero of the line through its ends."""
     low, high = np.array([3.0]), np.array([3.3])

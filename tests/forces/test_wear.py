@@ -2,60 +2,18 @@
 
 from __future__ import annotations
 
-import itertools
-from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 import mechdae as md
+from tests.shared.along_cycle import WORDS, agrees, largest, root
 from tests.shared.command import run
 
-NODES, WEIGHTS = np.polynomial.legendre.leggauss(60)
-WORDS = ("peak_pressure", "peak_pv", "mean_pv", "sliding_distance")
 OMEGA, R, L, MASS, LOAD = 40.0, 0.1, 0.3, 2.0, 900.0
 WIDTH, LENGTH, BESIDE = 0.03, 0.08, 0.005
 E_PRIME = 2.2e11
-
-
-def mean(values: Callable, breaks: Sequence[float]) -> float:
-    """Return the mean of a function over the driver's way, smooth between the breaks."""
-    total = 0.0
-    for a, b in itertools.pairwise(breaks):
-        total += (b - a) / 2 * float(WEIGHTS @ values(a + (b - a) * (NODES + 1) / 2))
-    return total / (breaks[-1] - breaks[0])
-
-
-def largest(values: Callable, breaks: Sequence[float]) -> float:
-    """Return the largest value: dense places, then a parabola through the best three, again."""
-    at = np.concatenate([np.linspace(a, b, 20001) for a, b in itertools.pairwise(breaks)])
-    v = values(at)
-    k = int(np.argmax(v))
-    low, high = at[max(k - 1, 0)], at[min(k + 1, len(at) - 1)]
-    return max(float(v[k]), float(values(np.linspace(low, high, 20001)).max()))
-
-
-def root(values: Callable, a: float, b: float) -> float:
-    """Return a zero between two places by halving."""
-    sign = np.sign(values(a))
-    for _ in range(80):
-        middle = (a + b) / 2
-        a, b = (middle, b) if np.sign(values(middle)) == sign else (a, middle)
-    return (a + b) / 2
-
-
-def agrees(wear: dict[str, float], pressure: Callable, speed: Callable, breaks, period) -> None:
-    """Compare what is reported of a contact with its pressure and sliding speed."""
-
-    def pv(s):
-        return pressure(s) * np.abs(speed(s))
-
-    expected = (
-        largest(pressure, breaks), largest(pv, breaks), mean(pv, breaks),
-        mean(lambda s: np.abs(speed(s)), breaks) * period,
-    )  # fmt: skip
-    assert [wear[word] for word in WORDS] == pytest.approx(expected, rel=1e-9, abs=0)
 
 
 def slider_crank(**guide: object) -> md.Mechanism:

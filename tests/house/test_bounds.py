@@ -148,7 +148,7 @@ RECURSIONS = {
     ("motion/assembly/mode_tree.py", "_later"): "fewer groups are left each time, `DEEPEST`",
     ("parts/types/chains/labelling.py", "_leaves"): "more colours each time",
     ("motion/assembly/no_others.py", "_inverses"): "a square matrix the second time",
-    ("parts/types/chains/variants/layers.py", "_next"): "a link is laid each time, `TRIED`: said",
+    ("describe/layers.py", "_next"): "a link is laid each time, `TRIED`: said",
     ("parts/types/schemes/types.py", "_followed"): "a point is placed each time",
     ("parts/types/chains/chains.py", "_ascending"): "the count falls",
     ("parts/types/chains/chains.py", "spread"): "the place rises",

@@ -8,24 +8,24 @@ from tests.shared.paths import ROOT
 
 PACKAGE = ROOT / "mechdae"
 BUDGETS = {
-    "describe": 12_330,  # rare kinds in modules of their own, which most problems do not import
-    "numerics": 4_640,
-    "equations": 7_610,  # what is left out of a scene: rollers, second machines, plane and space
+    "describe": 12_630,  # rare kinds in modules of their own, which most problems do not import
+    "numerics": 4_650,
+    "equations": 7_620,  # what is left out of a scene: rollers, second machines, plane and space
     "results": 3_520,
-    "draw": 19_660,  # graphs of motions; texts are measured without matplotlib
+    "draw": 20_690,  # graphs of motions; texts are measured without matplotlib
     "kernels": 7_450,
     "motion": 23_060,  # poses of several drivers at the speed of one
     "forces": 4_770,
     "dynamics": 8_050,
     "design": 15_830,
     "tasks": 2_270,
-    "cli": 1_700,
-    "parts": 27_340,  # what a page teaches by
+    "cli": 1_710,
+    "parts": 29_060,  # what a page teaches by
 }
 """Room -> most lines of its modules; some of them import what annotations name."""
 ALONE = 973
 """Lines of the modules that stand alone: errors, records, types, additions."""
-TOTAL = 139_150
+TOTAL = 142_250
 LONGEST = 500
 LONGER = {
     "describe/mechanism.py": 570,

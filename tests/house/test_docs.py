@@ -21,7 +21,7 @@ from mechdae.tasks.check import check
 from tests.scripts import all_modes, counts_of_modes
 from tests.scripts.solver_bars import written
 from tests.shared.c_kernels import needs_gcc
-from tests.shared.paths import ROOT, document_pages
+from tests.shared.paths import HISTORY, ROOT, document_pages
 
 PAGES = [*sorted(ROOT.glob("*.md")), *document_pages()]
 NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
@@ -33,13 +33,11 @@ def fences(page: str, language: str) -> list[str]:
 
 
 def problems() -> list[tuple[str, str]]:
-    found = [
-        (page, block)
-        for page in ("README.md", "docs/reference/problem-file.md")
-        for block in fences(page, "toml")
-        if block.startswith("schema")
-    ]
-    assert {page for page, _ in found} == {"README.md", "docs/reference/problem-file.md"}
+    pages = [str(page.relative_to(ROOT)) for page in PAGES if page.name != "for-programs.md"]
+    found = [(page, text) for page in pages for text in fences(page, "toml")]
+    found = [(page, text) for page, text in found if text.startswith("schema")]
+    places = {"README.md", "docs/reference/problem-file.md", "docs/reference/vector-loops.md"}
+    assert places <= {page for page, _ in found}
     return found
 
 
@@ -114,7 +112,8 @@ def test_every_kind_is_documented() -> None:
     from mechdae.describe.tasks.kinds import MEASURES, TASKS
     from mechdae.draw.catalogue import PICTURES
 
-    lacks = lacking("docs/reference/problem-file.md", (*JOINTS, *LOADS, *TASKS))
+    lacks = lacking("docs/reference/problem-file.md", LOADS)
+    lacks += lacking("docs/reference/tasks.md", TASKS)
     lacks += lacking("docs/reference/joints.md", JOINTS) + lacking(
         "docs/reference/measures.md", MEASURES
     )
@@ -138,7 +137,8 @@ def consoles() -> list[tuple[str, str]]:
 def test_commands_shown_print_what_is_shown(page, block, tmp_path, monkeypatch, capsys) -> None:
     monkeypatch.chdir(tmp_path)
     examples = [text for of, text in problems() if of == "docs/reference/problem-file.md"]
-    (tmp_path / "mine.toml").write_text(examples[0].replace('"prismatic"', '"prismatc"'))
+    slip = examples[0].replace('"prismatic"', '"prismatc"')
+    (tmp_path / "mine.toml").write_text(slip if page != "README.md" else fences(page, "toml")[0])
     (lift,) = (text for text in examples if "b{k-1}.Q" in text)
     (tmp_path / "lift.toml").write_text(lift.replace("b{k-1}.Q", "b{k-1}.R"))
     code = None
@@ -248,7 +248,7 @@ def anchors(page: Path) -> set[str]:
     return {re.sub(r"[^\w\- ]", "", title.lower()).replace(" ", "-") for title in titles}
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+@pytest.mark.parametrize("page", [*PAGES, *HISTORY.glob("*.md")], ids=lambda page: page.name)
 def test_relative_links_resolve(page: Path) -> None:
     for link in re.findall(r"\]\(([^)\s]+)\)", page.read_text(encoding="utf-8")):
         if re.match(r"[a-z]+:", link):
@@ -278,6 +278,19 @@ def test_checks_of_the_contributors_are_those_of_ci() -> None:
 def test_version_is_the_same_everywhere() -> None:
     assert f'\nversion: "{md.__version__}"\n' in (ROOT / "CITATION.cff").read_text()
     assert f"\n## {md.__version__}\n" in (ROOT / "CHANGELOG.md").read_text()
+
+
+def test_changes_of_a_version_are_eight_lines_with_a_date() -> None:
+    text = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
+    versions = re.split(r"^## ", text, flags=re.M)[1:]
+    assert len(versions) > 20
+    for version in versions:
+        name, _, body = version.partition("\n")
+        date, *lines = [line for line in body.splitlines() if line]
+        assert re.fullmatch(rf"\d{{4}}-\d\d-\d\d \(\[details\]\(docs/history/{name}.md\)\)", date)
+        assert 0 < len(lines) <= 8, name
+        words = r"- \*\*(New|Changed answers|Breaking|Known limits)\*\*: .+\."
+        assert all(re.fullmatch(words, line) for line in lines), name
 
 
 # -- gallery ---------------------------------------------------------------------------------------
@@ -424,11 +437,11 @@ def test_tables_of_random_mechanisms_are_those_of_the_figures() -> None:
     assert figures["total"]["faults"] == len(figures["faults"])
 
 
-def test_readme_tells_the_figures_of_random_mechanisms() -> None:
+def test_readme_has_the_figures_of_random_mechanisms() -> None:
     total = json.loads((ROOT / "docs/data/honesty.json").read_text(encoding="utf-8"))["total"]
     share = 1000 * total["refused"] / (total["ok"] + total["limit"] + total["refused"])
-    told = " ".join((ROOT / "README.md").read_text(encoding="utf-8").split())
+    text = (ROOT / "README.md").read_text(encoding="utf-8")
     counts = (f"{total[name]:,}".replace(",", " ") for name in ("ok", "mechanisms"))
-    assert "of {} such poses of {} mechanisms none was".format(*counts) in told
+    assert "Of {} poses marked `ok` on {} random mechanisms none was wrong".format(*counts) in text
     assert total["faults"] == 0
-    assert f"of a thousand poses that exist {share:.1f} were refused" in told
+    assert f"{share:.1f} of a thousand existing poses were refused" in text

@@ -121,9 +121,9 @@ def test_rooms_are_in_order() -> None:
 
 
 def test_map_of_the_package_is_the_one_that_is_checked() -> None:
-    text = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
+    text = (ROOT / "docs/theory/house.md").read_text(encoding="utf-8")
     drawn = re.findall(r"^\| `([\w.]+)` \|", text.split("## Map of the package")[1], re.M)
-    assert drawn == list(ROOMS), "rows of the map in CONTRIBUTING.md and ROOMS differ"
+    assert drawn == list(ROOMS), "rows of the map in docs/theory/house.md and ROOMS differ"
     inside = {path.stem for path in PACKAGE.iterdir() if path.suffix == ".py" or is_room(path)}
     boxes = {name.partition(".")[0] for name in drawn}
     assert boxes == {name for name in inside if not name.startswith("_")}
@@ -145,8 +145,8 @@ def test_no_room_names_a_part() -> None:
 
 def test_the_table_of_questions_is_what_is_asked() -> None:
     """Every question that plain code asks cases, or that a case answers, and where it is asked."""
-    text = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
-    table = text.split("### A case")[1].split("\n### ")[0]
+    text = (ROOT / "docs/theory/house.md").read_text(encoding="utf-8")
+    table = text.split("### A case")[1].split("\n## ")[0]
     rows = re.findall(r"^\| ([a-z, ]+) \| `([\w/]+\.py)` \|", table, re.M)
     listed = {question: file for names, file in rows for question in names.split(", ")}
     for question, file in listed.items():
@@ -157,12 +157,12 @@ def test_the_table_of_questions_is_what_is_asked() -> None:
         for question in re.findall(r'cases\(\s*"([^"]+)"', path.read_text(encoding="utf-8"))
     }
     answered = {q for case in mechdae.CASES for q in import_module(f"{case}.adds").ADDS}
-    assert questions <= set(listed), f"CONTRIBUTING.md lacks rows of {questions - set(listed)}"
+    assert questions <= set(listed), f"docs/theory/house.md lacks rows of {questions - set(listed)}"
     assert answered == set(listed), f"asked or answered alone: {answered ^ set(listed)}"
 
 
 def test_words_of_the_glossary_have_one_meaning() -> None:
-    text = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
+    text = (ROOT / "docs/theory/house.md").read_text(encoding="utf-8")
     table = text.split("## Words")[1].split("\n## ")[0]
     words = re.findall(r"^\| ([a-z][a-z ,]*) \| \S", table, re.M)
     single = [word for entry in words[1:] for word in entry.split(", ")]

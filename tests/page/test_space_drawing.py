@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import mechdae as md
+from mechdae.draw import style
 from mechdae.draw.labels.steady import compared
 from mechdae.draw.sheet import Sheet
 from mechdae.draw.space.pose_choice import choose
@@ -53,7 +54,7 @@ def test_facets_are_those_of_plot(name, tmp_path):
     known = scene.assembled()
     bounds = extent(scene, compared(known or [index], index), view, moved, True)
     shown = SpatialView(loads=False, bounds=bounds, viewpoint=view, moved=moved)
-    sheet = Sheet(None, *bounds[:2])
+    sheet = Sheet(None, *bounds[:2], larger=style.PAGE)
     rows = [known[len(known) // 7], known[len(known) // 2], known[-1]]
     poses = [
         {
@@ -62,7 +63,7 @@ def test_facets_are_those_of_plot(name, tmp_path):
         }
         for k in rows
     ]
-    drawing = fragments_in_space(result)[1]
+    drawing = fragments_in_space(result, np.linspace(0.0, 1.0, len(result.status)))[1]
     found = placed(drawing, poses, view.basis.tolist(), sheet.metre, tmp_path)
     compared_facets = 0
     for k, shapes in zip(rows, found, strict=True):

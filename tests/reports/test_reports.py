@@ -87,7 +87,9 @@ def test_the_file_is_whole_and_the_same_each_time(made: Any, tmp_path: Path) -> 
     one, other = made.save(tmp_path / "a.html"), made.save(tmp_path / "b.html")
     text = one.read_text(encoding="utf-8")
     assert text == other.read_text(encoding="utf-8")
-    assert text.count("<img") == 7  # diagram, two plans, forces of two groups, curves, losses
+    assert (
+        text.count("<img") == 8
+    )  # diagram, groups apart, two plans, forces of two groups, curves, losses
     assert not re.search(r"https?://(?!www\.w3\.org)", text)
     assert "<script" not in text
     assert {path.name for path in tmp_path.iterdir()} == {"a.html", "b.html"}
@@ -149,7 +151,7 @@ def test_plans_stand_beside_the_position_that_they_explain(made: Any) -> None:
         assert text.count(f'id="s{k}"') == 1
     explained = md.explain("slider-crank-inertia", "cycle")
     assert "illustrated" not in vars(explained)
-    assert explained.html().count("<figure>") == 3
+    assert explained.html().count("<figure>") == 4  # diagram, groups apart, two plans
     assert (
         explained.data()["sections"]
         == md.explain("slider-crank-inertia", "cycle").data()["sections"]

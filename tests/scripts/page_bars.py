@@ -112,7 +112,7 @@ class Visit:
         self.said: list[str] = []
         self.file, self.lang, self.axe, self.pictures = file, lang, axe, pictures
         self.violations: dict[str, list[str]] = {}
-        page = browser.new_page(viewport={"width": 1200, "height": 900}, color_scheme="light")
+        page = browser.new_page(viewport={"width": 1280, "height": 800}, color_scheme="light")
         page.on("console", lambda message: self.said.append(message.text))
         page.on("pageerror", lambda error: self.said.append(str(error)))
         page.on("request", lambda asked: self.said.append(asked.url)

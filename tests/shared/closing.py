@@ -11,13 +11,16 @@ from mechdae.draw.formulas import (
     Equation,
     Formula,
     Grid,
+    Less,
     Note,
     Number,
     Part,
     Passage,
     Product,
     Quotient,
+    Root,
     Section,
+    Square,
     Sum,
 )
 
@@ -98,6 +101,18 @@ def _value(part: Part) -> list[tuple[float, float]] | None:
                 return None
             (a, off), (b, more) = above[0], below[0]
             return [(a / b, off / abs(b) + abs(a) * more / b**2)]
+        case Less():
+            inner = _value(part.inner)
+            return None if inner is None else [(-value, off) for value, off in inner]
+        case Square():
+            return _value(Product((part.inner, part.inner)))
+        case Root():
+            inner = _value(part.inner)
+            if inner is None:
+                return None
+            ((value, off),) = inner
+            low, high = (max(value + sign * off, 0.0) ** 0.5 for sign in (-1.0, 1.0))
+            return [((low + high) / 2, (high - low) / 2)]
     return None
 
 

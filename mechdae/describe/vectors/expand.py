@@ -89,7 +89,7 @@ def from_loops(
             joints=points.joints,
             parameters=parameters or Table(),
             sketch=sketch or Table(),
-            closure=replace(closure, joints=points.typed),
+            closure=replace(closure, joints=points.typed, ends=points.spans),
             **rest,
         )
     made = _Expansion(closure, known)
@@ -103,7 +103,7 @@ def from_loops(
         joints=made.joints,
         parameters=parameters or Table(),
         sketch=Table(made.sketch(rough)),
-        closure=replace(closure, aliases=made.aliases, directions=made.directed),
+        closure=replace(closure, aliases=made.aliases, directions=made.directed, ends=made.ends),
         **rest,
     )
 
@@ -171,6 +171,9 @@ class _Expansion:
         joint_of = {joint.name: joint for joint in joints}
         self.joints: Table[Joint] = Table({**closure.joints, **joint_of})
         self.aliases, self.directed = self._aliases()
+        self.ends = Table({
+            name: (self._end(name, TAIL), self._end(name, HEAD)) for name in closure.vectors
+        })  # fmt: skip
 
     # -- checks ----------------------------------------------------------------------------------
 
@@ -410,6 +413,13 @@ class _Expansion:
             if link.name != name and less(angle, link.turn) == 0:
                 aliases |= dict.fromkeys((name, f"{name}.angle"), f"{link.name}.angle")
         return Table(aliases), Table(directed)
+
+    def _end(self, vector: str, end: str) -> str:
+        """Return an end of a vector as a point of the mechanism."""
+        link, node = self.links.at(vector, end).name, self.links.node(f"{vector}.{end}")
+        if end == HEAD and vector in self.inside:
+            link = self.inside[vector]
+        return f"{link}.{self.points[link][node]}"
 
     def sketch(self, rough: Mapping[str, Number]) -> dict[str, Number]:
         """Return a sketch with the coordinates of vectors under their names in the mechanism."""

@@ -173,8 +173,8 @@ class PointLoops:
         self.merged: Merged = nodes_of(closure.vectors, closure.loops)
         self.on_bodies: dict[str, list[str]] = points_on_bodies(closure, self.merged)
         self.order: list[str] = in_order(closure.loops)
-        self.ends: dict[str, tuple[str, ...]] = {
-            name: tuple(self.merged.first(f"{name}.{end}") for end in (TAIL, HEAD))
+        self.ends: dict[str, tuple[str, str]] = {
+            name: (self.merged.first(f"{name}.{TAIL}"), self.merged.first(f"{name}.{HEAD}"))
             for name in self.order
         }
         self.places: dict[str, tuple[float | str, ...]] = self._fixed()
@@ -187,6 +187,9 @@ class PointLoops:
         })  # fmt: skip
         self._check_connected()
         self.ground, self.bodies = self._ground(), self._bodies()
+        self.spans: Table[tuple[str, str]] = Table({
+            name: (self._at[tail], self._at[head]) for name, (tail, head) in self.ends.items()
+        })  # fmt: skip
         self.joints: Table[Joint] = self._joints()
 
     def _point(self, node: str) -> str:
@@ -333,7 +336,7 @@ class PointLoops:
         entry = next(iter(self.closure.loops.values()))[0]
         start = self.ends[entry.lstrip("-").strip()][entry.startswith("-")]
         pairs = [self.ends[name] for name in still]
-        if still and start not in reached([pairs[0][0]], pairs):  # type: ignore[arg-type]
+        if still and start not in reached([pairs[0][0]], pairs):
             start = pairs[0][0]
         places = self._of_ground()
         if not places and not self.on_bodies:
@@ -373,7 +376,7 @@ class PointLoops:
         ]
         bodies += [(node, "@" + text.split(".")[0]) for node, text in self._at.items()]
         joints = [(f"@{j.first_body}", f"@{j.second_body}") for j in self.typed.values()]
-        tied = reached([f"@{GROUND}"], [*self.ends.values(), *bodies, *joints])  # type: ignore[list-item]
+        tied = reached([f"@{GROUND}"], [*self.ends.values(), *bodies, *joints])
         check_tied(self.closure.loops, {name: texts[0] for name, texts in self.ends.items()}, tied)
 
     def _called(self) -> dict[str, str]:

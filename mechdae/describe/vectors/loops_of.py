@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import field, fields, replace
 from functools import cached_property
 
@@ -17,7 +17,7 @@ from mechdae.describe.tasks.kinds import Driven, Task
 from mechdae.describe.values import Number
 from mechdae.describe.vectors.cycles import joined, shortest_cycles
 from mechdae.describe.vectors.expand import FRICTION, from_loops, slide_of
-from mechdae.describe.vectors.nodes import HEAD, TAIL, Merged, in_order, meeting
+from mechdae.describe.vectors.nodes import HEAD, TAIL, Merged, in_order, meeting, signed
 from mechdae.describe.vectors.numbers import add, less, negative
 from mechdae.describe.vectors.translation import Translation, new_point, renamed
 from mechdae.describe.vectors.values import Node, Vector
@@ -68,6 +68,47 @@ def loops_of(problem: Source, *, set: Mapping[str, Number] | None = None) -> Pro
     if mechanism.dimension != 2:
         raise UnavailableError("loops are written of plane mechanisms", where="dimension")
     return Written(whole).problem
+
+
+@dataclass(frozen=True)
+class LoopVectors:
+    """The vectors of a mechanism with their ends, points ``body.point`` of it, and its loops.
+
+    ``still`` are the vectors whose direction is given.
+    """
+
+    vectors: Mapping[str, Vector]
+    ends: Mapping[str, tuple[str, str]]
+    loops: Mapping[str, Sequence[str]]
+
+    @cached_property
+    def still(self) -> set[str]:
+        return {name for name in self.vectors if self._given(name)}
+
+    def among(self, names: Collection[str]) -> LoopVectors:
+        """Return the loops all of whose vectors are among some, with these."""
+        loops = {name: loop for name, loop in self.loops.items()
+                 if {signed(entry)[0] for entry in loop} <= set(names)}  # fmt: skip
+        rest = in_order(loops)
+        return LoopVectors({name: self.vectors[name] for name in rest},
+                     {name: self.ends[name] for name in rest}, loops)  # fmt: skip
+
+    def _given(self, name: str) -> bool:
+        vector = self.vectors[name]
+        if vector.along is not None and vector.along in self.vectors:
+            return self._given(vector.along)
+        spatial = vector.elevation is not None and vector.azimuth is not None
+        return vector.angle is not None or vector.body == GROUND or spatial
+
+
+def drawn_vectors(mechanism: Mechanism) -> LoopVectors:
+    """Return the vectors of a mechanism: those that describe it, or those of `loops_of`."""
+    closure = mechanism.closure
+    if closure is not None:
+        return LoopVectors(closure.vectors, closure.ends, closure.loops)
+    written = Written(Problem(mechanism))
+    ends = {name: (".".join(a), ".".join(b)) for name, (a, b) in written.ends.items()}
+    return LoopVectors(written.vectors, ends, written.loops)
 
 
 @dataclass

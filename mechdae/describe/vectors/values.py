@@ -110,6 +110,7 @@ class Node(Value):
 class Closure:
     """Vectors, loops and nodes as typed, with the bodies and joints that were typed beside them.
 
+    ``ends`` are tail and head of each vector as points of the mechanism.
     ``aliases`` are the coordinates of vectors (``slot.length``, ``slot.angle``, ``slot`` for its
     angle) by the names they have in the mechanism; ``directions`` tell the body that a vector turns
     with, "" for none, and its angle in that body.
@@ -121,5 +122,6 @@ class Closure:
     ground: Any
     bodies: Table[Any]
     joints: Table[Joint]
+    ends: Table[tuple[str, str]] = field(default_factory=Table)
     aliases: Table[str] = field(default_factory=Table)
     directions: Table[tuple[str, Number]] = field(default_factory=Table)

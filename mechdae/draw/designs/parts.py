@@ -10,8 +10,9 @@ from matplotlib.figure import Figure
 
 from mechdae.draw import style
 from mechdae.draw.designs.drawn_design import DrawnDesign
-from mechdae.draw.diagram.diagram import View, draw_pose
+from mechdae.draw.diagram.diagram import draw_pose
 from mechdae.draw.diagram.scene import DrawnScene
+from mechdae.draw.diagram.view import View
 from mechdae.draw.figure import new_axes
 from mechdae.draw.graphs.frame import Entry, Panels
 from mechdae.draw.words import Words

@@ -29,14 +29,13 @@ from mechdae.draw.diagram.loads import Mark, draw_loads, load_points
 from mechdae.draw.diagram.places import JoinedScene, Place, free_points, places_of
 from mechdae.draw.diagram.scene import SHORT, Array, DrawnScene, choose_pose, named_pose, read_scene
 from mechdae.draw.diagram.shapes import draw_body, draw_bridges, draw_ghost, shape_of
+from mechdae.draw.diagram.view import View
 from mechdae.draw.diagram.wheels import circles, draw_wheels, rack_span
 from mechdae.draw.fonts import font, ink, width_of
 from mechdae.draw.labels.labels import Links, write_all, writings
-from mechdae.draw.labels.steady import SteadyLabels
 from mechdae.draw.sheet import Sheet, margins_of
 from mechdae.draw.smooth import few_named, traced
 from mechdae.draw.words import ENGLISH, Words
-from mechdae.records import dataclass
 from mechdae.types import Json
 
 if TYPE_CHECKING:
@@ -70,6 +69,7 @@ def draw(
     ghosts: int | Sequence[int] = 0,
     labels: bool = True,
     loads: bool = True,
+    angles: Sequence[str] = (),
     dark: bool = False,
     lang: str = "en",
     scale: float | Callable[[float], float] | None = None,
@@ -96,6 +96,9 @@ def draw(
         Whether joints have letters and links numbers.
     loads
         Whether forces, torques, springs, dampers and gravity are drawn.
+    angles
+        Names of links and angles (``rod.angle``), with letters of one's own ``psi=rod.angle``,
+        that have an arc with their letter; ``all`` links.
     dark
         Whether the colours are those for dark paper.
     lang
@@ -125,7 +128,8 @@ def draw(
     scene = traced(scene, result, read_scene) if traces else scene
     bounds = extent(scene, index, traces, bool(ghosts))
     larger = _larger(scene, index, *bounds[:2]) if ax is None else style.USUAL
-    view = View(traces, ghosts, labels, loads, bounds, scale=scale, larger=larger, label=label)
+    view = View(traces, ghosts, labels, loads, bounds, scale=scale, larger=larger, label=label,
+                angles=angles)  # fmt: skip
 
     def drawn(paper: Axes | None, shown: View) -> Sheet:
         return draw_pose(paper, scene, result, index, shown, theme, words)
@@ -153,56 +157,6 @@ def on_axes(
         ax = new_axes(theme, view.larger, high - low, view.margins)
     drawn(ax, view)
     return ax
-
-
-@dataclass(frozen=True)
-class View:
-    """What a diagram shows, and what the diagrams of one motion have in common.
-
-    Parameters
-    ----------
-    bounds
-        Corners [m] and size of what is in the picture; without it those of the pose.
-    peak
-        The force that has the longest arrow [N]; without it the largest of the pose.
-    memory, scale, larger, margins
-        See `Sheet`.
-    subtitle
-        In place of driver value, task and pose.
-    label
-        Name of the variant, behind these.
-    behind
-        Sheets of other variants on the same axes, whose lines labels keep off.
-    bare
-        Without titles, scale bar and note: another variant has them.
-    legend
-        Names and colours of variants, in place of the subtitle.
-    paper
-        Colours of titles, where links have that of their variant.
-    overlay
-        Draws more between links and labels, and returns what is to be noted below.
-    steady
-        Labels of a motion, in place of those whose places are chosen in the pose.
-    """
-
-    traces: bool = True
-    ghosts: int | Sequence[int] = 0
-    labels: bool = True
-    loads: bool = True
-    bounds: tuple[Array, Array, float] | None = None
-    peak: float | None = None
-    memory: dict[str, Array] | None = None
-    scale: float | Callable[[float], float] | None = None
-    larger: tuple[float, float] = style.USUAL
-    margins: style.Margins = style.MARGINS
-    subtitle: str = ""
-    label: str = ""
-    behind: tuple[Sheet, ...] = ()
-    bare: bool = False
-    legend: tuple[tuple[str, str], ...] = ()
-    paper: style.Theme | None = None
-    overlay: Callable[[Sheet], str] | None = None
-    steady: SteadyLabels | None = None
 
 
 def has_paths(result: Result, scene: JoinedScene) -> bool:
@@ -240,7 +194,12 @@ def draw_pose(
     if view.labels and view.steady is not None:
         view.steady.write(sheet, pose, marks)
     elif view.labels:
-        write_all(sheet, writings(sheet, scene, pose, places, links, marks), links)
+        texts = writings(sheet, scene, pose, places, links, marks)
+        if view.angles:
+            from mechdae.draw.diagram.angles import draw_angles
+
+            texts += draw_angles(sheet, scene, pose, view.angles)
+        write_all(sheet, texts, links)
     if view.bare:
         return sheet
     sheet.theme = view.paper or theme
@@ -254,7 +213,8 @@ def draw_scene(
 ) -> tuple[list[Place], Links, list[Mark]]:
     """Draw one pose without labels; return its joint places, links and loads."""
     size = (view.bounds or extent(scene, pose, view.traces, bool(view.ghosts)))[2]
-    places, drivers = places_of(scene, pose), drivers_of(scene, result)
+    places = places_of(scene, pose)
+    drivers = drivers_of(scene, result) if view.drivers is None else [*view.drivers]
     held = held_drivers(result, drivers)
     moved = [entry for entry in drivers if entry.text not in held]
     colors = dict.fromkeys(driven_bodies(scene, moved), style.DRIVEN)

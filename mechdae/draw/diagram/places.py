@@ -215,7 +215,7 @@ def _indexed(letter: str, bodies: Sequence[str], numbers: Mapping[str, int]) -> 
 
 def written(name: str) -> tuple[str, str]:
     """Return a name as it is written: numbers at its end are an index."""
-    match = re.fullmatch(r"([A-Za-z]+)_?(\d+(?:_\d+)?)", name)
+    match = re.fullmatch(r"([A-Za-zα-ω]+)_?(\d+(?:_\d+)?)", name)
     return (match[1], match[2].replace("_", ",")) if match else (name, "")
 
 

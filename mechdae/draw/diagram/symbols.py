@@ -190,14 +190,19 @@ def toothed_line(sheet: Sheet, start: Array, end: Array, side: Array, gid: str) 
 
 def arrow(sheet: Sheet, points: Array, gid: str, color: str = style.ARROW) -> None:
     """Draw a line with an arrow head at its end."""
-    tip = points[-1]
     behind = points[max(len(points) - 4, 0)] if len(points) > 4 else points[0]
-    along = unit(tip - behind)
-    back = tip - 8.0 * along
+    back = points[-1] - 8.0 * unit(points[-1] - behind)
     shaft = points[:-2] if len(points) > 4 else np.array([points[0], back])
     sheet.line(shaft, color=color, width=1.3 * style.LINE, z=style.Z_MARK, gid=gid)
-    head = [tip, back + 3.2 * normal(along), back - 3.2 * normal(along)]
-    sheet.area(head, fill=color, edge=color, width=0.3, z=style.Z_MARK)
+    tip(sheet, behind, points[-1], color)
+
+
+def tip(sheet: Sheet, start: Array, end: Array, color: str, z: float = style.Z_MARK) -> None:
+    """Draw the head of an arrow that ends at a place."""
+    along = unit(end - start)
+    back = end - 8.0 * along
+    head = [end, back + 3.2 * normal(along), back - 3.2 * normal(along)]
+    sheet.area(head, fill=color, edge=color, width=0.3, z=z)
 
 
 def spring(sheet: Sheet, start: Array, end: Array, gid: str) -> None:

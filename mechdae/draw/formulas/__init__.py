@@ -20,11 +20,14 @@ from mechdae.draw.formulas.tree import (
     Less,
     Letter,
     Listed,
+    Matrix,
     Norm,
     Number,
     Part,
     Product,
     Quotient,
+    Root,
+    Square,
     Sum,
     UnitName,
     Wording,
@@ -38,7 +41,7 @@ from mechdae.draw.formulas.tree import (
 
 __all__ = [
     "Column", "Cross", "Document", "Equation", "Facts", "Formula", "Grid", "Image", "Less",
-    "Letter", "Listed", "Norm", "Note", "Number", "Part", "Passage", "Product", "Quotient",
-    "Section", "Sum", "UnitName", "Wording", "columns", "decimals", "like",
-    "number", "numbers", "plain", "rounded",
+    "Letter", "Listed", "Matrix", "Norm", "Note", "Number", "Part", "Passage", "Product",
+    "Quotient", "Root", "Section", "Square", "Sum", "UnitName", "Wording", "columns",
+    "decimals", "like", "number", "numbers", "plain", "rounded",
 ]  # fmt: skip

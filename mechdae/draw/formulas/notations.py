@@ -13,11 +13,14 @@ from mechdae.draw.formulas.tree import (
     Less,
     Letter,
     Listed,
+    Matrix,
     Norm,
     Number,
     Part,
     Product,
     Quotient,
+    Root,
+    Square,
     Sum,
     Wording,
     stem_and_index,
@@ -46,8 +49,8 @@ class Notation:
         What stands between two factors, vectors, parts, components, sides.
     brackets, bars
         What is before and behind a term in brackets and a size.
-    row, fraction
-        A formula inside of another one; what is made of two of them.
+    row, fraction, square, root, matrix
+        A formula inside of another one; what is made of two, of one, of rows of them.
     """
 
     letter: Callable[[Letter], str]
@@ -67,6 +70,9 @@ class Notation:
     bars: tuple[str, str] = ("|", "|")
     row: Callable[[str], str] = str
     fraction: Callable[[str, str], str] | None = None
+    square: Callable[[str], str] = lambda text: f"{text}²"
+    root: Callable[[str], str] = lambda text: f"√({text})"
+    matrix: Callable[[list[list[str]]], str] | None = None
 
     def write(self, node: Part) -> str:
         """Return a formula in this notation."""
@@ -81,12 +87,13 @@ class Notation:
             case Wording():
                 return self.words(node.text)
             case Less():
-                return self.minus + self.write(node.inner)
+                return self.minus + self._taken(node.inner)
             case Sum():
                 return self._sum(node.terms)
             case Product():
-                factors = [self.write(node.factors[0]), *map(self._factor, node.factors[1:])]
-                return self.times.join(factors)
+                first = self._bound(node.factors[0]) if isinstance(node.factors[0], Sum) else ""
+                factors = map(self._factor, node.factors[1:])
+                return self.times.join([first or self.write(node.factors[0]), *factors])
             case Cross():
                 return self.write(node.first) + self.cross + self._bound(node.second)
             case Quotient():
@@ -98,6 +105,17 @@ class Notation:
                 return self.comma.join(self.row(self.write(part)) for part in node.parts)
             case Norm():
                 return self.write(node.inner).join(self.bars)
+            case Square():
+                text = self._bound(node.inner)
+                signless = _without_minus(node.inner) is None
+                return self.square(self.row(text if signless else text.join(self.brackets)))
+            case Root():
+                return self.root(self.write(node.inner))
+            case Matrix():
+                cells = [[self.write(cell) for cell in row] for row in node.rows]
+                if self.matrix is not None:
+                    return self.matrix(cells)
+                return self.semicolon.join(map(self.comma.join, cells)).join(self.brackets)
             case Equation():
                 return self.equal.join(self.row(self.write(side)) for side in node.sides)
         raise TypeError(f"no notation of {type(node).__name__}")  # pragma: no cover
@@ -111,12 +129,19 @@ class Notation:
         for term in terms[1:]:
             positive = _without_minus(term)
             text += self.plus if positive is None else self.less
-            text += self.write(positive or term)
+            text += self.write(term) if positive is None else self._taken(positive)
         return text
+
+    def _taken(self, node: Part) -> str:
+        """Return what stands behind a minus: a minus of its own is in brackets."""
+        if isinstance(node, Product) and _without_minus(node) is not None:
+            return self.times.join(map(self._factor, node.factors))
+        return self._factor(node)
 
     def _factor(self, node: Part) -> str:
         text = self.write(node)
-        return text if _without_minus(node) is None else text.join(self.brackets)
+        plain_text = _without_minus(node) is None and not isinstance(node, Sum)
+        return text if plain_text else text.join(self.brackets)
 
     def _bound(self, node: Part) -> str:
         text = self.write(node)
@@ -194,6 +219,12 @@ def _mathml_index(part: str) -> str:
     return _mi(stem) if stem else _mn(digits)
 
 
+def _mathml_matrix(cells: list[list[str]]) -> str:
+    rows = ("".join(f"<mtd>{cell}</mtd>" for cell in row) for row in cells)
+    table = "".join(f"<mtr>{row}</mtr>" for row in rows)
+    return f"<mrow><mo>(</mo><mtable>{table}</mtable><mo>)</mo></mrow>"
+
+
 MATHML = Notation(
     letter=_mathml_letter,
     digits=lambda digits: _mn(signed(digits)),
@@ -215,6 +246,9 @@ MATHML = Notation(
     ),
     row=lambda text: f"<mrow>{text}</mrow>",
     fraction=lambda above, below: f"<mfrac>{above}{below}</mfrac>",
+    square=lambda text: f"<msup>{text}<mn>2</mn></msup>",
+    root=lambda text: f"<msqrt>{text}</msqrt>",
+    matrix=_mathml_matrix,
 )
 
 
@@ -262,6 +296,9 @@ TYPST = Notation(
     semicolon=_quoted("; "),
     bars=("abs(", ")"),
     fraction=lambda above, below: f"({above})/({below})",
+    square=lambda text: f"{text}^2",
+    root=lambda text: f"sqrt({text})",
+    matrix=lambda cells: f"mat({'; '.join(map(', '.join, cells))})",
 )
 
 

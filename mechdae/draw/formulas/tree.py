@@ -166,6 +166,27 @@ class Norm(Part):
 
 
 @dataclass(frozen=True)
+class Square(Part):
+    """The square of a letter, or of what stands in brackets."""
+
+    inner: Part
+
+
+@dataclass(frozen=True)
+class Root(Part):
+    """The square root."""
+
+    inner: Part
+
+
+@dataclass(frozen=True)
+class Matrix(Part):
+    """Rows of parts in brackets: a column of letters, or the matrix of a linear system."""
+
+    rows: tuple[tuple[Part, ...], ...]
+
+
+@dataclass(frozen=True)
 class Listed(Part):
     """Parts with commas between them."""
 

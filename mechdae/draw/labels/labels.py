@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import field, replace
 
 import numpy as np
@@ -69,9 +69,10 @@ def writings(
     places: Sequence[Place],
     links: Links,
     marks: Sequence[Mark] = (),
+    names: Mapping[str, str] | None = None,
 ) -> list[Writing]:
-    """Return all labels of a pose with their possible places."""
-    letters = _letters(sheet, scene, pose, places)
+    """Return all labels of a pose with their possible places; ``names`` are letters of points."""
+    letters = _letters(sheet, scene, pose, places, names or letters_of(scene, pose, places))
     return [*letters, *load_names(marks), *link_numbers(scene, pose, links)]
 
 
@@ -96,9 +97,14 @@ def _anchored(entry: Writing) -> Writing:
     return replace(entry, label=replace(entry.label, anchors=rows))
 
 
-def _letters(sheet: Sheet, scene: DrawnScene, pose: int, places: Sequence[Place]) -> list[Writing]:
+def _letters(
+    sheet: Sheet,
+    scene: DrawnScene,
+    pose: int,
+    places: Sequence[Place],
+    letters: Mapping[str, str],
+) -> list[Writing]:
     result = []
-    letters = letters_of(scene, pose, places)
     rows = [
         (
             letters[place.references[0]],

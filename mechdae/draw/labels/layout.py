@@ -91,10 +91,10 @@ def place(labels: Sequence[Label], segments: ArrayLike, boxes: ArrayLike, size: 
     if not poor:
         return spots
     for k in poor:
-        candidates[k] = _candidates(_wider(labels[k]), obstacles, None)
-    wider = Arrangement(candidates)
-    wider.choose()
-    return wider.spots() if wider.burden().sum() < burden.sum() else spots
+        candidates[k] = _candidates(wider(labels[k]), obstacles, None)
+    second = Arrangement(candidates)
+    second.choose()
+    return second.spots() if second.burden().sum() < burden.sum() else spots
 
 
 def cheapest(places: Array, half: ArrayLike, obstacles: Obstacles) -> int:
@@ -124,16 +124,19 @@ def _candidates(label: Label, obstacles: Obstacles, most: int | None = MANY) -> 
     return Candidates(places, costs, half, label.own, label.anchors, label.rank, obstacles)
 
 
-def _wider(label: Label) -> Label:
-    """Return a label with more places, on rings around those it has."""
+def wider(label: Label, steps: Sequence[float] = RINGS) -> Label:
+    """Return a label with more places, on rings around those it has.
+
+    ``steps`` say how much farther than the farthest of these.
+    """
     middle = label.places.mean(axis=0)
     reach = float(np.hypot(*(label.places - middle).T).max())
     angles = np.arange(36) * np.pi / 18
     circle = np.stack([np.cos(angles), np.sin(angles)], axis=-1)
-    rings = [middle + (reach + step) * circle for step in RINGS]
+    rings = [middle + (reach + step) * circle for step in steps]
     rings += [middle + share * reach * circle for share in (0.4, 0.6, 0.8)]
     price = min(float(label.costs.max()), POOR)
-    costs = [price + 0.12 * step for step in (*RINGS, 0.0, 0.0, 0.0) for _ in angles]
+    costs = [price + 0.12 * step for step in (*steps, 0.0, 0.0, 0.0) for _ in angles]
     return replace(
         label,
         places=np.vstack([label.places, *rings]),

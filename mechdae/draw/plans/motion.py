@@ -10,7 +10,13 @@ import numpy as np
 
 from mechdae.draw.diagram.scene import Array, DrawnScene
 from mechdae.draw.formulas.notations import mathtext
-from mechdae.draw.plans.relations import STILL, Relation, Relations, Spot, small_letter
+from mechdae.draw.plans.relations import (
+    STILL,
+    Relation,
+    Relations,
+    Spot,
+    small_letter,
+)
 from mechdae.draw.plans.vectors import Arrow, End, Plan
 
 if TYPE_CHECKING:
@@ -21,9 +27,11 @@ MANY = 6
 """Of more letters at one end the rest is left out."""
 
 
-def motion_plan(result: SweepResult, scene: DrawnScene, pose: int, word: str) -> Plan:
-    """Return the plan of ``"velocity"`` or ``"acceleration"`` of one pose."""
-    return _Builder(result, scene, pose, word).plan()
+def motion_plan(
+    result: SweepResult, scene: DrawnScene, pose: int, word: str, group: str | None = None
+) -> Plan:
+    """Return the plan of ``"velocity"`` or ``"acceleration"`` of one pose, or of a group in it."""
+    return _Builder(result, scene, pose, word).plan(group)
 
 
 class _Builder(Relations):
@@ -33,20 +41,22 @@ class _Builder(Relations):
         super().__init__(result, scene, pose, word)
         self.count = Counter[str]()
 
-    def plan(self) -> Plan:
+    def plan(self, group: str | None) -> Plan:
+        groups = [own for own in self.groups if group in (None, own[0])]
+        spots = self.spots if group is None else self._spots_of(groups[0][1])
         arrows: dict[tuple[float, ...], Arrow] = {}
         relations: list[tuple[str, tuple[str, ...]]] = []
         sides: list[tuple[Array, Array]] = []
         inner: list[End] = []
         gap = 0.0
-        for spot in self.spots:
+        for spot in spots:
             if float(np.hypot(*spot.value)) > STILL * self.size:
                 gid = f"{self.word}-{spot.reference}"
                 arrows.setdefault(
                     self._key(np.zeros(2), spot.value),
                     Arrow(gid, "total", np.zeros(2), spot.value),
                 )
-        for name, bodies in self.groups:
+        for name, bodies in groups:
             texts = []
             for body in bodies:
                 for chain in self.of(body, bodies):
@@ -62,11 +72,11 @@ class _Builder(Relations):
         titles = {"velocity": "Velocity plan", "acceleration": "Acceleration plan"}
         return Plan(
             self.word,
-            titles[self.word],
+            titles[self.word] + (f", {groups[0][0]}" if group is not None else ""),
             self.symbol,
             self.unit,
             tuple(arrows.values()),
-            (*self._ends(), *inner),
+            (*self._ends(spots), *inner),
             tuple(sides),
             tuple(relations),
             gap,
@@ -77,10 +87,17 @@ class _Builder(Relations):
         scale = STILL * self.size or 1.0
         return tuple(np.round(np.concatenate([start, end]) / scale).tolist())
 
-    def _ends(self) -> Iterator[End]:
+    def _spots_of(self, bodies: tuple[str, ...]) -> list[Spot]:
+        """Return the points of a group and those that its relations begin at."""
+        chains = [chain for body in bodies for chain in self.of(body, bodies)]
+        letters = {spot.letter for spot in self.spots if spot.body in bodies}
+        letters |= {spot.letter for chain in chains for spot in (chain.start, chain.end)}
+        return [spot for spot in self.spots if spot.letter in letters]
+
+    def _ends(self, spots: list[Spot]) -> Iterator[End]:
         """Yield the lettered ends; letters of ends that coincide are written together."""
         found: list[tuple[Array, list[str], str]] = [(np.zeros(2), [], f"{self.word}-pole")]
-        for spot in self.spots:
+        for spot in spots:
             for place, letters, _ in found:
                 if float(np.hypot(*(place - spot.value))) <= 1e-7 * self.size:
                     letters.append(spot.letter)
@@ -94,7 +111,7 @@ class _Builder(Relations):
             elif len(small) > MANY:
                 small = [*small[: MANY - 1], r"\ldots"]
             if gid.endswith("-pole"):
-                taken = {small_letter(spot.letter) for spot in self.spots}
+                taken = {small_letter(spot.letter) for spot in spots}
                 small.insert(0, rf"{self.pole}_{self.symbol}" if self.pole in taken else self.pole)
             yield End(gid, r",\,".join(small), place)
 

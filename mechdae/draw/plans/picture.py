@@ -11,7 +11,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from mechdae.draw import style
-from mechdae.draw.diagram import diagram
+from mechdae.draw.diagram import apart, diagram
 from mechdae.draw.diagram.driver import drivers_of, held_drivers, time_text, value_text
 from mechdae.draw.diagram.scene import DrawnScene, choose_pose, read_scene
 from mechdae.draw.figure import Drawing, current_format, new_axes
@@ -21,7 +21,7 @@ from mechdae.draw.plans.forces import force_plans
 from mechdae.draw.plans.friction import draw_lines, draw_pin, force_scale_of, pins_of
 from mechdae.draw.plans.lever import draw_lever, lever
 from mechdae.draw.plans.motion import motion_plan
-from mechdae.draw.plans.relations import SYMBOLS, named_group
+from mechdae.draw.plans.relations import SYMBOLS, groups_of, named_group
 from mechdae.draw.plans.vectors import Plan, round_up
 from mechdae.draw.sheet import MILLIMETRE, Sheet
 from mechdae.draw.translated import translated
@@ -77,7 +77,8 @@ def draw(
         (Zhukovsky's lever). Without it one page: the diagram, the plans and, of a task of
         kind reactions, the force polygons of the last six groups.
     group
-        The group of the force polygon, as the structural formula names it: ``II.1 RRR(2,3)``.
+        One Assur group, as the structural formula names it (``II.1 RRR(2,3)``) or the beginning
+        of that: without ``which`` a page of the group drawn apart and its plans.
     scale
         Units per millimetre of paper, in m/s, m/s2 or N; for a page by name:
         ``{"velocity": 0.02}``. By default the smallest of 1, 2, 5 times a power of ten at
@@ -119,16 +120,19 @@ def _drawn(
         sheet = draw_lever(axes, lever(result, scene, index), scales.get("lever"))
         _titles(sheet, result, scene, index)
         return axes
-    if which == "force":
-        plans = _of_group(force_plans(result, scene, index), group)
-    else:
+    names = [name for name, _ in groups_of(result, scene)]
+    name = None if group is None else named_group(names, group)
+    plans = []
+    if which != "force":
         words = SYMBOLS if which is None else (which,)
-        plans = [motion_plan(result, scene, index, word) for word in words]
-    if which is None and result.efforts:
-        plans += force_plans(result, scene, index)[:FORCES]
+        plans = [motion_plan(result, scene, index, word, name) for word in words]
+    if which == "force" or (which is None and result.efforts):
+        forces = force_plans(result, scene, index)
+        forces = [own for own in forces if name in (None, *(entry for entry, _ in own.relations))]
+        plans += forces if which == "force" else forces[:FORCES]
     if which is not None and len(plans) == 1:
         return _single(result, scene, index, ax, plans[0], scales)
-    return _page(result, scene, index, ax, plans, scales, whole=which is None)
+    return _page(result, scene, index, ax, plans, scales, name, whole=which is None)
 
 
 def _check(result: SweepResult, which: str | None, group: str | None) -> None:
@@ -140,8 +144,8 @@ def _check(result: SweepResult, which: str | None, group: str | None) -> None:
             f"a result of kind {result.kind} has no forces to draw",
             hint="solve a task of kind reactions",
         )
-    if group is not None and which != "force":
-        raise InputError("a group is drawn of the force polygons only", hint='which="force"')
+    if group is not None and which in ("friction", "lever"):
+        raise InputError(f"{which} is drawn of the whole mechanism", where="group")
 
 
 def _scales(scale: float | Mapping[str, float] | None, which: str | None) -> Mapping[str, float]:
@@ -188,13 +192,6 @@ def _pose(result: SweepResult, scene: DrawnScene, pose: int | None, which: str |
             hint=f"pose {rows[np.argmin(np.abs(rows - index))]} has" if rows.size else "",
         )
     return int(rows[np.argmin(np.abs(rows - index))])
-
-
-def _of_group(plans: list[Plan], group: str | None) -> list[Plan]:
-    if group is None:
-        return plans
-    whole = named_group([name for plan in plans for name, _ in plan.relations], group)
-    return [plan for plan in plans if any(name == whole for name, _ in plan.relations)]
 
 
 def _key(plan: Plan) -> str:
@@ -303,13 +300,14 @@ def _page(
     ax: Axes | None,
     plans: Sequence[Plan],
     scales: Mapping[str, float],
+    group: str | None = None,
     whole: bool = False,
 ) -> Axes:
-    """Draw plans side by side, with the diagram if the page is to be whole."""
+    """Draw plans side by side, with the diagram, or a group apart, if the page is to be whole."""
     axes, low = _outer(result, scene, pose, ax, _relations(plans))
     panels = _grid(axes, low, len(plans) + whole, whole)
     if whole:
-        _diagram(result, scene, pose, panels[0])
+        _diagram(result, scene, pose, panels[0], group)
     for panel, plan in zip(panels[whole:], plans, strict=True):
         draw_plan(panel, plan, scales.get(_key(plan)))
     return axes
@@ -339,15 +337,20 @@ def _grid(axes: Axes, low: float, count: int, whole: bool) -> list[Axes]:
     ]
 
 
-def _diagram(result: SweepResult, scene: DrawnScene, pose: int, panel: Axes) -> Sheet:
-    """Draw the diagram to a round scale and state it."""
+def _diagram(
+    result: SweepResult, scene: DrawnScene, pose: int, panel: Axes, group: str | None = None
+) -> Sheet:
+    """Draw the diagram, or a group of it apart, to a round scale and state it."""
     found: list[float] = []
 
     def rounded(natural: float) -> float:
         found.append(round_up(CLOSE * natural))
         return found[-1]
 
-    diagram.draw(result, panel, pose=pose, traces=False, scale=rounded)
+    if group is None:
+        diagram.draw(result, panel, pose=pose, traces=False, scale=rounded)
+    else:
+        apart.draw(result, panel, pose=pose, group=group, scale=rounded)
     for artist in list(panel.texts):
         if str(artist.get_gid()).startswith(("title", "subtitle")):
             artist.remove()

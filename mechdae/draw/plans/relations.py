@@ -206,7 +206,7 @@ class Relations:
         """Return the point a body is known by: shared with the ground or an earlier group."""
 
         def rank(spot: Spot) -> int:
-            others = self._others(spot) - set(group)
+            others = self.others(spot) - set(group)
             earlier = [self.order[name] for name in others if name in self.order]
             now = self.order.get(spot.body, len(self.groups))
             earlier = [order for order in earlier if order < now]
@@ -216,9 +216,10 @@ class Relations:
 
     def _meets(self, spot: Spot, group: tuple[str, ...]) -> bool:
         """Whether a point is shared with another body of its group."""
-        return bool(self._others(spot) & set(group))
+        return bool(self.others(spot) & set(group))
 
-    def _others(self, spot: Spot) -> set[str]:
+    def others(self, spot: Spot) -> set[str]:
+        """Return the other bodies at the place of a point."""
         for place in self.places:
             if spot.reference in place.references:
                 return set(place.bodies) - {spot.body}
@@ -285,7 +286,7 @@ class Relations:
             0 <= self.order.get(other, -1) < group
             for spot in self.spots
             if spot.body == body
-            for other in self._others(spot)
+            for other in self.others(spot)
         )
 
     def _relation(

@@ -136,8 +136,7 @@ def bases(
         if moved.get(joint.name):
             found[f"{joint.name}/"] = joint.first, body, local, moved[joint.name]
         if joint.straight:
-            known = [scene.along(joint, own) for own in scene.assembled()]
-            ways = [way for way in known if np.isfinite(way)] or [scene.along(joint, pose)]
+            ways = scene.travels[joint.name] or [scene.along(joint, pose)]
             held = holds(scene, joint)
             through, ends = joint.first, (min(ways), max(ways))
             if held:  # the shaft is the second body's

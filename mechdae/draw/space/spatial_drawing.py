@@ -12,7 +12,6 @@ from mechdae.draw import style
 from mechdae.draw.closing import check_closes
 from mechdae.draw.diagram.diagram import (
     FAR,
-    View,
     draw_frame,
     draw_traces,
     others_of,
@@ -22,6 +21,7 @@ from mechdae.draw.diagram.diagram import (
 from mechdae.draw.diagram.driver import driven_bodies, drivers_of, held_drivers, sense_of
 from mechdae.draw.diagram.loads import Mark, coordinate_of
 from mechdae.draw.diagram.places import free_points
+from mechdae.draw.diagram.view import View
 from mechdae.draw.fonts import font
 from mechdae.draw.labels import layout
 from mechdae.draw.labels.labels import Links, Writing, link_numbers, load_names, write_all
@@ -153,6 +153,7 @@ def draw_spatial_pose(
     elif shown.labels:
         write_all(sheet, labels, links)
     if not shown.bare:
+        sheet.theme = shown.paper or theme
         write_heads(sheet, scene, result, index, words, shown)
     return sheet
 
@@ -229,7 +230,7 @@ def steady_in_space(
 ) -> tuple[Sheet, SteadyLabels]:
     """Return labels with places for all poses, and the first one drawn without them."""
     assert shown.bounds is not None
-    sheets = [Sheet(None, *shown.bounds[:2]) for _ in poses]
+    sheets = [Sheet(None, *shown.bounds[:2], larger=shown.larger) for _ in poses]
     rows = [
         draw_in_space(sheet, scene, result, k, shown, words)[1]
         for sheet, k in zip(sheets, poses, strict=True)

@@ -10,7 +10,7 @@ import numpy as np
 from mechdae.draw import style
 from mechdae.draw.fragments import FragmentWriter, look_of
 from mechdae.draw.labels.steady import compared
-from mechdae.draw.primitives import Anchor
+from mechdae.draw.primitives import Anchor, Array
 from mechdae.draw.sheet import Sheet
 from mechdae.draw.space.depth import Item
 from mechdae.draw.space.pose_choice import choose
@@ -30,9 +30,10 @@ if TYPE_CHECKING:
     from mechdae.results import SweepResult
 
 
-def fragments_in_space(result: SweepResult, lang: str = "en") -> tuple[Json, Json]:
+def fragments_in_space(result: SweepResult, shares: Array, lang: str = "en") -> tuple[Json, Json]:
     """Return from where a motion is seen, and what is drawn of it.
 
+    ``shares`` are those of the way at all poses. In what is drawn,
     ``solids``: what is drawn in space, see `_solid`; ``along``: places along axes by name: a point,
     a body, a direction in it, how far [m]; ``parts``: labels, as in the plane; ``traces``: points
     whose paths are drawn.
@@ -41,11 +42,13 @@ def fragments_in_space(result: SweepResult, lang: str = "en") -> tuple[Json, Jso
     index, view, moved = choose(scene, result.kind, None, None)
     some = compared(scene.assembled() or [index], index)
     bounds = extent(scene, some, view, moved, True)
-    shown = SpatialView(loads=False, bounds=bounds, viewpoint=view, moved=moved)
+    shown = SpatialView(loads=False, bounds=bounds, larger=style.PAGE, viewpoint=view, moved=moved)
     sheet, labels = steady_in_space(scene, result, some, shown, Words(lang))
-    pose, items, _ = items_of(Sheet(None, *bounds[:2]), scene, result, index, shown)
+    pose, items, _ = items_of(
+        Sheet(None, *bounds[:2], larger=style.PAGE), scene, result, index, shown
+    )
     sheet.drawn.clear()
-    labels.write(sheet, index)
+    labels.write(sheet, index, shares=shares)
     writer = FragmentWriter(sheet, lambda body: SpatialFrame(sheet, pose, body))
     drawing = {
         "solids": list(_solids(items, pose)),

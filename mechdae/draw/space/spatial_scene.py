@@ -168,6 +168,17 @@ class SpatialScene:
         gap = self.place(joint.second, pose) - self.place(joint.first, pose)
         return 0.0 if axis is None else float(gap @ axis)
 
+    @cached_property
+    def travels(self) -> dict[str, list[float]]:
+        """By straight joint how far it slides [m] in the poses that are assembled."""
+        joints = [
+            joint
+            for joint in self.mechanism.joints.values()
+            if joint.straight and {joint.first, joint.second} <= self.tracks.keys()
+        ]
+        known = {own.name: [self.along(own, k) for k in self.assembled()] for own in joints}
+        return {name: [way for way in ways if np.isfinite(way)] for name, ways in known.items()}
+
     def _vector(self, name: str) -> Array:
         return np.array([self.numbers[f"{name}.{axis}"] for axis in AXES])
 

@@ -65,9 +65,7 @@ def report(problem: Problem, name: str, task: Sweep, setting: Setting, run: Run)
     summary["poses"] = len(status)
     summary["status"] = counts(status)
     summary["formula"] = formula(setting.scene.groups)
-    summary["groups"] = [
-        {"name": group.name, "bodies": list(group.bodies)} for group in setting.scene.groups
-    ]
+    summary["groups"] = [group.entry for group in setting.scene.groups]
     summary["mode"] = _mode(setting, run)
     notes = [*setting.notes]
     later = LazyPart(partial(noted, setting.scene.left_out, setting.doubts, notes))

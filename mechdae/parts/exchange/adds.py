@@ -14,7 +14,7 @@ ADDS: Adds = {
         "export": Added(
             "mechdae.parts.exchange.commands.export",
             after="assign",
-            about="formats of other programs: dxf, mjcf, sdf, urdf, c, js",
+            about="formats of other programs (dxf, mjcf, sdf, urdf, c, js), parts to cut and print",
         ),
     },
 }

@@ -30,6 +30,14 @@ FORMATS: Registry[Added] = Registry(
             "mechdae.parts.exchange.robots.sdf:sdf",
             about="SDFormat: links and joints, loops among them",
         ),
+        "stl": Added(
+            "mechdae.parts.exchange.workshop.cut:stl",
+            about="solids to print: plates in layers, pins, spacers, a list of parts",
+        ),
+        "svg-cut": Added(
+            "mechdae.parts.exchange.workshop.cut:svg_cut",
+            about="sheet to cut at true size, a list of parts",
+        ),
         "urdf": Added(
             "mechdae.parts.exchange.robots.urdf:urdf",
             about="tree of joints; loops and mimic polynomials beside it",
@@ -130,14 +138,15 @@ def export(
     problem
         A problem, the name of a predefined one, a file, a mechanism, or a result.
     format
-        "dxf", "mjcf", "sdf", "urdf", "c" or "js".
+        "dxf", "mjcf", "sdf", "urdf", "c", "js", "stl" or "svg-cut".
     task
         A sweep, a task of reactions or a motion: by default the first sweep over a range. It
         gives the pose of the model, the paths of a drawing, the range of a polynomial.
     set
         Numbers to change, as of `md.solve`.
     **options
-        ``pose`` of a drawing, from 0; ``tolerance`` of the polynomials of a URDF.
+        ``pose`` of a drawing, from 0; ``tolerance`` of the polynomials of a URDF; of parts
+        ``width``, ``thickness``, ``pin`` (diameter), ``clearance``, ``air`` and ``kerf`` [m].
 
     Raises
     ------
@@ -149,7 +158,10 @@ def export(
         The mechanism does not assemble.
     """
     check_format(format)
-    known = {"dxf": ("pose",), "urdf": ("tolerance",)}.get(format, ())
+    cut = ("width", "thickness", "pin", "clearance", "air", "kerf")
+    known = {"dxf": ("pose",), "urdf": ("tolerance",), "stl": cut[:-1], "svg-cut": cut}.get(
+        format, ()
+    )
     for name in options:
         if name not in known:
             raise InputError(

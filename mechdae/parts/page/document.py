@@ -231,7 +231,13 @@ def _page(problem: Problem, name: str, lang: str, units: Units) -> Page:
     if not data["live"]:
         result = smooth(result, _ways)
         data |= {"driver": _driver(result), "status": [str(status) for status in result.status]}
-    data["scene"], drawing = scenes.drawn(result, lang)
+    values = data["driver"]["values"] if data["live"] else range(len(result.status))
+    seen, places = result, np.asarray(values, float)
+    if data["live"] and 1 < len(places) < FEW:  # letters find places in poses between
+        parts = -(-FEW // (len(places) - 1))
+        seen = result.finer(parts)
+        places = np.interp(np.arange(len(seen.status)) / parts, range(len(places)), places)
+    data["scene"], drawing = scenes.drawn(seen, places, lang)
     angles = scenes.angles_of(result, data["scene"], drawing)
     data["recorded"] = _recorded(result, FEW if data["live"] else MOST_RECORDED, angles)
     if not data["live"]:

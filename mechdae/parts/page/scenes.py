@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from mechdae.describe import GROUND, Mechanism
 from mechdae.describe.joints.curve import follows_curve, place, span
 from mechdae.draw.diagram.scene import read_scene
@@ -19,9 +21,10 @@ SAMPLES = 240
 """Pieces of a curve."""
 
 
-def drawn(result: Any, lang: str) -> tuple[Json, Json]:
+def drawn(result: Any, places: Floats, lang: str) -> tuple[Json, Json]:
     """Return bodies, points and joints of a motion, and the fragments they are drawn by.
 
+    ``places`` are where its poses are on the page's way.
     ``bodies``: their names. ``joints``: name,
     references of its two points, numbers that its symbol is drawn by; angles of guides are in the
     frame of the first body. ``ground``: names of the fixed points, with their places; ``space``:
@@ -37,9 +40,10 @@ def drawn(result: Any, lang: str) -> tuple[Json, Json]:
         "ground": ground,
         "places": [[values[f"{point}.{axis}"] for axis in mechanism.axes] for point in ground],
     }
+    shares = (places - places.min()) / (np.ptp(places) or 1.0)
     if flat:
-        return scene, fragments(read_scene(result), result, lang)
-    space, drawing = fragments_in_space(result, lang)
+        return scene, fragments(read_scene(result), result, shares, lang)
+    space, drawing = fragments_in_space(result, shares, lang)
     return scene | {"space": space}, drawing
 
 

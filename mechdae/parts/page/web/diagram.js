@@ -1,5 +1,5 @@
 /** The kinematic diagram of the plane: fragments that `draw/fragments.py` wrote, moved with points and bodies. */
-import { pathOf, View } from "./view.js";
+import { pathOf, spotAt, View } from "./view.js";
 
 /** How far a rack reaches beyond where its wheel comes, in radii. */
 const BEYOND = 0.9, ZERO = [0, 0, 0];
@@ -14,7 +14,7 @@ export class Diagram extends View {
     if (super.build()) this.joints = new Map(this.scene.joints.map((joint) => [joint.name, joint]));
   }
 
-  /** Draw a pose; `share` is how far it is along the way, for loads. */
+  /** Draw a pose; `share` is how far it is along the way, for labels and loads. */
   draw(places, angles, share = 0) {
     this.build();
     const pose = { places, angles, share };
@@ -27,7 +27,7 @@ export class Diagram extends View {
   rigid(part, made, pose) {
     const frame = this.frame(part, pose);
     if (!frame) return false;
-    const spot = frame.place(part.spot || ZERO, 0), [x, y] = part.spot ? this.inside(made, spot) : spot;
+    const spot = frame.place(part.spot ? spotAt(part.spot, pose.share) : ZERO, 0), [x, y] = part.spot ? this.inside(made, spot) : spot;
     let more = part.spot || !part.turn ? "" : ` rotate(${((-frame.angle * 180) / Math.PI).toFixed(3)})`;
     const rows = part.spot ? null : this.drawing.loads[part.id.slice(5)];
     if (rows && part.id.startsWith("load-")) {

@@ -487,8 +487,8 @@ class App {
     this.address();
     this.look();
     const pose = session.pose;
-    const places = session.places_of(pose), [low, high] = session.range;
-    this.diagram.draw(places, session.angles_of(pose), high > low ? Math.min(Math.max((session.s - low) / (high - low), 0), 1) : 0, driven);
+    const places = session.places_of(pose), [low, high] = session.range, [begin, end] = data.range;
+    this.diagram.draw(places, session.angles_of(pose), Math.min(Math.max((session.s - begin) / (end - begin || 1), 0), 1), driven);
     const velocities = {};
     if (this.switches.velocities.checked) {
       for (const { kind, part, columns } of data.entries) {

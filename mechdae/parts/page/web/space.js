@@ -1,5 +1,5 @@
 /** The diagram of a spatial mechanism: facets that `draw/space/spatial_fragments.py` wrote, moved with bodies, projected, painted from far to near. */
-import { element, hull, painted, pathOf, View } from "./view.js";
+import { element, hull, painted, pathOf, spotAt, View } from "./view.js";
 import { across3, along3, outer, plus, times, unit3 } from "./vectors.js";
 
 /** Lines are cut into pieces, each at its depth; gaps where lines cross so far behind others, so wide; what faces hide is dashed. */
@@ -148,8 +148,8 @@ export class SpaceDiagram extends View {
     return [...back, ...Object.keys(this.drawing.along).map((name) => this.place(name, pose)).filter(Boolean)];
   }
 
-  draw(places, turns) {
-    const pose = { places, turns };
+  draw(places, turns, share = 0) {
+    const pose = { places, turns, share };
     const made = this.drawing.solids.flatMap((part) => this.shapes(part, pose).map((shape) => ({ ...shape, id: part.id, owner: part.owner })));
     const faces = made.filter(({ kind, owner }) => owner !== undefined && kind === "area");
     const lines = made.filter(({ kind, owner }) => owner !== undefined && kind === "line");
@@ -210,7 +210,7 @@ export class SpaceDiagram extends View {
     this.build();
     this.drawing.parts.forEach(({ at, spot }, k) => {
       const bases = at.map((name) => this.place(name, pose)).map((place) => place && this.at(place)), made = this.elements[k];
-      const [x, y] = [0, 1].map((i) => bases.reduce((sum, base) => sum + (base ? base[i] : NaN), 0) / bases.length + spot[i + 1]);
+      const [x, y] = [0, 1].map((i) => bases.reduce((sum, base) => sum + (base ? base[i] : NaN), 0) / bases.length + spotAt(spot, pose.share)[i + 1]);
       made.setAttribute("display", Number.isFinite(x) ? "inline" : "none");
       if (!Number.isFinite(x)) return;
       const [u, v] = this.inside(made, [x, y]);

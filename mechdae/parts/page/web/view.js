@@ -62,6 +62,14 @@ function shapeOf([name, look, ...more]) {
   return painted(name, look, Object.fromEntries(Object.entries(places).filter(([, value]) => value !== undefined)));
 }
 
+/** Where a label is in its frame: [share, x, y] between the rows of a way's shares that it glides between. */
+export function spotAt(rows, share) {
+  const k = rows.findIndex(([at]) => at > share);
+  if (k < 1) return rows[k ? rows.length - 1 : 0];
+  const [a, b] = [rows[k - 1], rows[k]], t = (share - a[0]) / (b[0] - a[0]);
+  return [0, 1, 2].map((i) => (i ? a[i] + t * (b[i] - a[i]) : 0));
+}
+
 /** Draws poses of one scene; places are those of the points, in metres. */
 export class View {
   /** @param {SVGSVGElement} svg @param {any} scene @param {any} drawing its fragments @param {string[]} layers names of groups, those below first */

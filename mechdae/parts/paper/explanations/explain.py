@@ -156,13 +156,21 @@ def explain(
     place = say("pose", subject.pose, len(subject.scene.status))
     document = Document(title, f"{name}: {place}", tuple(sections), lang)
     shown = localised(document, result.units)
-    return Explanation(shown, localised(document), lambda: pictures(subject, say))
+    alone = groups[0][0] if group is not None else None
+    return Explanation(shown, localised(document), lambda: pictures(subject, say, alone))
 
 
-def pictures(subject: Subject, say: Phrases, diagram: bool = True) -> tuple[Image, ...]:
-    """Return the diagram of a pose and its plans of velocities and accelerations, where it has."""
-    wanted: list[tuple[str, dict[str, str]]] = [("diagram", {})] if diagram else []
-    wanted += [("plans", {"which": which}) for which in ("velocity", "acceleration")]
+def pictures(
+    subject: Subject, say: Phrases, group: str | None = None, diagram: bool = True
+) -> tuple[Image, ...]:
+    """Return the diagram and the groups of a pose and its plans of rates, where it has.
+
+    Of a group alone they are its pictures.
+    """
+    wanted: list[tuple[str, dict[str, str]]] = [("diagram", {})] if diagram and not group else []
+    alone = {"group": group} if group else {}
+    wanted += [("groups", alone)] * (diagram and subject.result.mechanism.dimension == 2)
+    wanted += [("plans", {"which": which, **alone}) for which in ("velocity", "acceleration")]
     images: list[Image] = []
     for kind, options in wanted:
         more: dict[str, Any] = {**options, "pose": subject.pose, "lang": say.lang}

@@ -121,7 +121,7 @@ def _in_russian(node: object) -> object:
         return replace(node, digits=digits, unit=unit_in_russian(node.unit))
     if isinstance(node, str):
         return _comma(node)
-    return Wording(unit_in_russian(node.text)) if isinstance(node, Wording) else node
+    return Wording(_comma(unit_in_russian(node.text))) if isinstance(node, Wording) else node
 
 
 def _changed(node: object, change: Callable[[object], object]) -> Any:

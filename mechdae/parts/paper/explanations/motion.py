@@ -30,7 +30,9 @@ from mechdae.draw.formulas import (
     rounded,
 )
 from mechdae.draw.plans.relations import Relation, Relations, Term
+from mechdae.parts.paper.explanations.placing import found_by
 from mechdae.parts.paper.explanations.subject import Subject
+from mechdae.parts.paper.explanations.systems import system_of
 
 UNITS = {"velocity": "m/s", "acceleration": "m/s²"}
 SPINS = {
@@ -127,6 +129,7 @@ def _positions(subject: Subject, bodies: tuple[str, ...]) -> Iterator[Passage]:
             for relation in relations.of(body, group_of(subject, body)):
                 if relation.body in subject.scene.mechanism.bodies:
                     yield from _closure(relation)
+    yield from found_by(subject, bodies, joints_of(subject, bodies))
     yield from solved_values(subject, _placed(subject, bodies))
 
 
@@ -200,6 +203,7 @@ def _rates(subject: Subject, word: str, bodies: tuple[str, ...]) -> Iterator[Pas
             yield formula
     if not any_found:
         yield Note((subject.say("no relation"),))
+    yield from system_of(subject, word, bodies, joints_of(subject, bodies), UNITS[word])
     yield from solved_values(subject, _rated(subject, word, bodies))
 
 
@@ -260,7 +264,8 @@ def _vectors(subject: Subject, relation: Relation, word: str) -> Grid:
     say = subject.say
     end = Term("total", relation.left, relation.end.value)
     rows: list[tuple[str | Part, ...]] = []
-    for term in (*relation.moving, end):
+    parts = columns(*(tuple(term.vector) for term in (*relation.moving, end)), unit=UNITS[word])
+    for term, shown in zip((*relation.moving, end), parts, strict=True):
         size = float(np.hypot(*term.vector))
         angle = degrees(float(np.arctan2(term.vector[1], term.vector[0])))
         rows.append(
@@ -268,10 +273,12 @@ def _vectors(subject: Subject, relation: Relation, word: str) -> Grid:
                 term.letter,
                 number(size, UNITS[word]),
                 Number(rounded(angle, 3), 0, "°"),
+                *shown.components,
                 _line(subject, relation, term),
             )
         )
-    return Grid((say("term"), say("size"), say("angle"), say("line")), tuple(rows))
+    heads = (say("term"), say("size"), say("angle"), "x", "y", say("line"))
+    return Grid(heads, tuple(rows))
 
 
 def _line(subject: Subject, relation: Relation, term: Term) -> str:
@@ -287,7 +294,7 @@ def _line(subject: Subject, relation: Relation, term: Term) -> str:
             return say("along", relation.body)
         case "coriolis":
             return say("turned", say("along", relation.body))
-    return say("given") if term.letter != relation.left else ""
+    return say("given" if term.letter != relation.left else "sum")
 
 
 def _follows(

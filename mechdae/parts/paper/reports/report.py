@@ -142,7 +142,7 @@ def report(
     parts = (
         sections.assignment(whole, result, say),
         _diagram(result, subject, chosen, say, lang),
-        sections.structure_of(whole, subject, say),
+        _structure(whole, subject, say),
         sections.in_full(result, subject, chosen, say, lang),
         sections.position_tables(subject, rows, say),
         *sections.force_tables(subject, rows, say),
@@ -184,6 +184,16 @@ def _near(result: Result, rows: list[int], wanted: int) -> int:
 def _diagram(result: Result, subject: Subject, chosen: int, say: Phrases, lang: str) -> Section:
     svg = svg_text(plot(result, "diagram", pose=subject.pose, lang=lang, title=False))
     return Section(say("diagram"), (Image(svg, say("diagram of", chosen), 0.62),))
+
+
+def _structure(problem: Problem, subject: Subject, say: Phrases) -> Section:
+    """Return mobility and groups, in the plane with a picture of them."""
+    section = sections.structure_of(problem, subject, say)
+    if problem.mechanism.dimension != 2:
+        return section
+    drawn = plot(subject.result, "groups", pose=subject.pose, lang=say.lang, title=False)
+    image = Image(svg_text(drawn), say("groups apart"), 0.62)
+    return dataclasses.replace(section, blocks=(*section.blocks, image))
 
 
 def _pictures(result: Result, subject: Subject, chosen: int, say: Phrases) -> Section:

@@ -103,8 +103,14 @@ def problem_of(chain: KinematicChain, name: str = "chain") -> Problem:
     Raises
     ------
     InputError
-        A chain with several freedoms has no task with one driver.
+        A chain with several freedoms has no task with one driver; what is no chain.
     """
+    if not isinstance(chain, KinematicChain):
+        raise InputError(
+            f"a KinematicChain is needed, not a {type(chain).__name__}",
+            where="chain",
+            hint="md.Problem(mechanism, tasks={...})",
+        )
     if chain.freedoms != 1:
         raise InputError(f"a chain with {chain.freedoms} freedoms needs as many drivers")
     frame = chain.fixed or 0

@@ -51,7 +51,9 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     ):
         parser.add_argument(word, nargs="+", action="extend", metavar="NAME=W", help=text)
     parser.add_argument(
-        "--judges", metavar="FILE", help="comparisons in pairs that give the weights: TOML"
+        "--judges",
+        metavar="FILE",
+        help="comparisons in pairs that give the weights, and grades in words: TOML",
     )
     parser.add_argument(
         "--criteria", nargs="+", action="extend", metavar="NAME", help="only these; default: all"
@@ -76,9 +78,6 @@ def run(options: argparse.Namespace) -> int:
         raise InputError("a ranking has --workers", where="--cluster")
     if options.out and Path(options.out).exists() and not Path(options.out).is_dir():
         raise InputError("is a file, not a folder", where=f"--out {options.out}")
-    if options.judges and (options.weights or options.criteria):
-        raise InputError("judges give criteria and weights themselves", where="--judges",
-                         hint="leave out --weights and --criteria")  # fmt: skip
     judgment = judged(options.judges) if options.judges else None
     problem = problem_of(options)
     units = units_of(units_asked(options).asked, problem.mechanism.units)
@@ -89,8 +88,9 @@ def run(options: argparse.Namespace) -> int:
             options.task,
             variants=options.variants,
             by=options.by or "construction",
-            weights=judgment.weights if judgment else _numbers(options.weights, "--weights"),
-            criteria=list(judgment.weights) if judgment else options.criteria,
+            weights=_numbers(options.weights, "--weights"),
+            judges=judgment,
+            criteria=options.criteria,
             within=_numbers(options.within, "--within"),
             output=options.output,
             limit=options.limit,
@@ -115,13 +115,17 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _judges(judgment: Judgment) -> list[str]:
-    """Return what judges say together, and who is inconsistent."""
-    count = len(judgment.judges)
+    """Return what judges say together, who is inconsistent, and what words stand for."""
+    count, words = len(judgment.judges), judgment.grades.words
+    scale = ", ".join(f"{word} {number:g}" for word, number in judgment.grades.scale.items())
+    lines = [f"  {', '.join(words)}: {scale}; more is better, the mean of judges"] if words else []
+    if not count:
+        return lines
     weights = ", ".join(f"{name} {weight:.4g}" for name, weight in judgment.weights.items())
     agree = f", agreement W = {judgment.agreement:.3g}" if count > 1 else ""
     ratios = ", ".join(f"{judge.name} {judge.ratio:.2g}" for judge in judgment.judges)
     judges = f"{count} judge{'s' * (count > 1)}"
-    lines = [f"  weights of {judges}{agree}: {weights}", f"  consistency ratios: {ratios}"]
+    lines += [f"  weights of {judges}{agree}: {weights}", f"  consistency ratios: {ratios}"]
     return [*lines, *(f"  note: {note}" for note in judgment.notes)]
 
 
@@ -158,14 +162,16 @@ def _table(ranking: Ranking, chosen: Units, width: int) -> list[str]:
     columns = [name for name in units if name not in same]
     lines: list[str] = []
     if rows:
-        head = ["", "variant", "front", "score", *columns]
+        judges = ["judges"] * bool(ranking.places)
+        head = ["", "variant", "front", "score", *judges, *columns]
         body = [
             [str(k), row.name + equal[row.name], "*" if row.pareto else "",
              f"{ranking.score[row.name]:.4f}",
+             *("..".join(dict.fromkeys(map(str, ranking.places[row.name]))) for _ in judges),
              *(f"{row.values[name] * shown[name].factor:.5g}" for name in columns)]
             for k, row in enumerate(rows[:SHOWN], 1)
         ]  # fmt: skip
-        foot = ["", "", "", "", *(units[name] for name in columns)]
+        foot = ["", "", "", "", *("place" for _ in judges), *(units[name] for name in columns)]
         size = max(len(line[1]) for line in [head, *body])
         texts = [[*line[:1], line[1].ljust(size), *line[2:]] for line in [head, foot, *body]]
         given = [(column[:2], column[2:]) for column in zip(*texts, strict=True)]

@@ -16,6 +16,7 @@ import numpy as np
 
 from mechdae.describe.expression import evaluate
 from mechdae.errors import InputError, ProblemFileError, UnknownName
+from mechdae.parts.types.ranking.grades import Grades, GradesGiven, graded
 from mechdae.records import dataclass
 from mechdae.types import Floats, Json, Matrix
 
@@ -47,12 +48,14 @@ class Judgment:
     """Weights of criteria by all judges together, 1 in all, and their agreement.
 
     ``agreement`` is Kendall's coefficient of concordance W of the judges' weights: 1 where all
-    rank alike, 0 where there is no common order, and 1 for a single judge.
+    rank alike, 0 where there is no common order, and 1 for a single judge. ``grades``: criteria in
+    words.
     """
 
     weights: Mapping[str, float]
     agreement: float
     judges: tuple[Judge, ...]
+    grades: Grades
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -68,23 +71,35 @@ class Judgment:
         """Return it as in the JSON."""
         judges = [{"name": judge.name, "weights": dict(judge.weights), "ratio": judge.ratio,
                    "worst": list(judge.worst)} for judge in self.judges]  # fmt: skip
-        return {"weights": dict(self.weights), "agreement": self.agreement, "judges": judges}
+        together = {"weights": dict(self.weights), "agreement": self.agreement, "judges": judges}
+        return together | (self.grades.to_dict() if self.grades.words else {})
 
 
-def judged(judges: Mapping[str, Mapping[str, float | str]] | str | Path) -> Judgment:
-    """Return the weights of criteria that judges compare in pairs.
+def judged(
+    judges: Mapping[str, Mapping[str, float | str]] | str | Path,
+    grades: GradesGiven | None = None,
+    scale: Mapping[str, float] | None = None,
+) -> Judgment:
+    """Return the weights of criteria that judges compare in pairs, and their grades in words.
 
     Parameters
     ----------
     judges
         Judge -> ``"loss / depth"`` -> how many times more important the first is than the second,
         1 to 9 or 1/9 to 1 by custom; or a TOML file with a table ``[judges.NAME]`` for each. Each
-        judge compares each pair once; a pair given both ways has to be reciprocal.
+        judge compares each pair once; a pair given both ways has to be reciprocal. A file may
+        hold ``[grades.CRITERION]`` and ``[scale]`` too, and then no judges.
+    grades
+        Criterion -> variant -> a word of the scale, or judge -> word. They become criteria of
+        `md.rank` by the numbers of the words, the mean of the judges'.
+    scale
+        Word -> number, more is better; absent: good 1, fair 0.5, poor 0.
 
     Raises
     ------
     InputError
-        A pair that is missing, not reciprocal or not above 0, criteria that differ by judge.
+        A pair that is missing, not reciprocal or not above 0, criteria that differ by judge, a
+        word that is not in the scale.
 
     Examples
     --------
@@ -93,7 +108,16 @@ def judged(judges: Mapping[str, Mapping[str, float | str]] | str | Path) -> Judg
     >>> {name: round(w, 3) for name, w in md.judged({"anna": pairs}).weights.items()}
     {'loss': 0.648, 'depth': 0.23, 'size': 0.122}
     """
-    tables = _read(Path(judges)) if isinstance(judges, str | Path) else judges
+    tables: Mapping[str, Mapping[str, float | str]]
+    if isinstance(judges, str | Path):
+        tables, in_file, scale_in_file = _read(Path(judges))
+        grades = in_file if grades is None else grades
+        scale = scale_in_file if scale is None else scale
+    else:
+        tables = judges
+    words = graded(grades or {}, scale, list(tables))
+    if not tables and grades:
+        return Judgment({}, 1.0, (), words)
     if not tables:
         raise InputError("there are no judges", where="judges")
     names: list[str] = []
@@ -111,7 +135,9 @@ def judged(judges: Mapping[str, Mapping[str, float | str]] | str | Path) -> Judg
     mean = np.exp(np.mean([np.log(matrix) for matrix in matrices.values()], axis=0))
     weights, _ = principal(mean)
     each = np.array([[judge.weights[name] for name in names] for judge in found])
-    return Judgment(dict(zip(names, weights.tolist(), strict=True)), concordance(each), found)
+    return Judgment(
+        dict(zip(names, weights.tolist(), strict=True)), concordance(each), found, words
+    )
 
 
 def principal(matrix: Matrix) -> tuple[Floats, float]:
@@ -187,15 +213,23 @@ def _criteria(pair: str, judge: str) -> tuple[str, str]:
     return first, second
 
 
-def _read(path: Path) -> dict[str, dict[str, float | str]]:
+def _read(
+    path: Path,
+) -> tuple[dict[str, dict[str, float | str]], GradesGiven, dict[str, float] | None]:
+    """Return the tables of judges, of grades, and the scale of a file."""
     try:
         data = tomllib.loads(path.read_text(encoding="utf-8"))
     except OSError as error:
         raise ProblemFileError(f"cannot be read: {error.strerror}", where=str(path)) from None
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise ProblemFileError(str(error), where=str(path)) from None
-    tables = data.get("judges")
-    if not isinstance(tables, dict) or not all(isinstance(one, dict) for one in tables.values()):
+    for name in data:
+        if name not in ("judges", "grades", "scale"):
+            raise UnknownName("table", name, ["judges", "grades", "scale"], where=str(path))
+    tables, grades, scale = data.get("judges", {}), data.get("grades", {}), data.get("scale")
+    for one in (tables, grades, {} if scale is None else scale):
+        if not isinstance(one, dict):
+            raise InputError("a table is needed", where=str(path), hint="[judges.NAME]")
+    if not all(isinstance(one, dict) for one in tables.values()) or not (tables or grades):
         raise InputError("a table [judges.NAME] for each judge is needed", where=str(path))
-    found: dict[str, dict[str, float | str]] = tables
-    return found
+    return tables, grades, scale

@@ -17,12 +17,16 @@ from mechdae.errors import InputError, MechdaeError, UnknownName
 from mechdae.numerics.dominance import undominated
 from mechdae.parts.types.chains.variants.scheme import Variant, planar
 from mechdae.parts.types.ranking.batch import Values, valued
+from mechdae.parts.types.ranking.grades import Grades
+from mechdae.parts.types.ranking.judges import Judgment, judged
 from mechdae.parts.types.ranking.variants import first_sweep, variants
 from mechdae.records import dataclass, public
 from mechdae.types import Floats
 
 CLOSE = 1e-9
 """How far from 1 the sum of weights may be."""
+SEVERAL = 2
+"""Judges from which on places differ."""
 DIGITS, TIE = 12, 1e-12
 """Weighted sums that differ by less are equal."""
 
@@ -137,6 +141,9 @@ class Ranking:
         That was solved.
     missing
         Criteria that only some variants have, with those that have none: not ranked by.
+    places
+        Of several judges, name -> (best, worst) place that the weights and grades of one of them
+        give it.
     """
 
     criteria: tuple[Mapping[str, str], ...]
@@ -148,6 +155,7 @@ class Ranking:
     variants: Mapping[str, Variant]
     task: str
     missing: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    places: Mapping[str, tuple[int, int]] = field(default_factory=dict)
 
     def to_dict(self) -> dict[str, Any]:
         """Return it as in the JSON."""
@@ -157,6 +165,7 @@ class Ranking:
                 "name": ranked.name, "values": dict(ranked.values), "pareto": ranked.pareto
             }  # fmt: skip
             row |= {"score": self.score[ranked.name]} if ranked.name in self.score else {}
+            row |= {"places": list(self.places[ranked.name])} if ranked.name in self.places else {}
             rows.append(row | ({"why": ranked.why} if ranked.why else {}))
         missing = {name: list(names) for name, names in self.missing.items()}
         return {
@@ -178,6 +187,7 @@ def rank(
     by: str = "construction",
     set: Mapping[str, Number] | None = None,
     weights: Mapping[str, float] | None = None,
+    judges: Judgment | str | Path | None = None,
     criteria: Iterable[str] | None = None,
     within: Mapping[str, float] | None = None,
     output: str | None = None,
@@ -201,6 +211,8 @@ def rank(
         The sweep or reactions that is solved; default: the first reactions, else the first sweep.
     weights
         Criterion -> weight, 1 together; what is not named has none. Absent: equal weights.
+    judges
+        What `md.judged` gives, or its file: criteria with weights, grades in words.
     criteria
         Those that are used; absent: all that the task gives for every variant.
     within
@@ -217,11 +229,19 @@ def rank(
     InputError
         Weights that do not add up to 1, unknown criteria, no variants.
     """
+    judgment = judged(judges) if isinstance(judges, str | Path) else judges
+    if judgment is not None and judgment.weights:
+        if weights or criteria:
+            raise InputError("judges give criteria and weights themselves", where="judges",
+                             hint="leave out weights and criteria")  # fmt: skip
+        weights, criteria = judgment.weights, list(judgment.weights)
     whole, named = given(problem, task, set)
     found = _collected(whole, variants, by, limit)
     name = named or _task(whole)
     checked_ones = [_comparable(variant, whole, name) for variant in found]
     values = valued(checked_ones, name, output, workers, progress)
+    if judgment is not None:
+        _grade(values, judgment.grades)
     used, missing = _used(values, criteria)
     units = next(solved.units for solved in values.values() if solved.numbers)
     own_weights = checked(weights, used)
@@ -229,7 +249,43 @@ def rank(
     rows = [_row(variant, values[variant.name], used, units, limits) for variant in checked_ones]
     by_name = {variant.name: variant for variant in found}
     ranking = _ranked(rows, used, units, own_weights, by_name, name)
-    return replace(ranking, missing=missing)
+    places = {} if judgment is None else _places(ranking, judgment)
+    return replace(ranking, missing=missing, places=places)
+
+
+def _grade(values: Mapping[str, Values], grades: Grades) -> None:
+    """Add grades to the numbers of variants."""
+    grades.check_names(list(values))
+    for criterion in grades.words:
+        for name, solved in values.items():
+            if criterion in solved.units:
+                raise InputError("is computed, it is not graded", where=f"grades.{criterion}")
+            number = grades.value(criterion, name)
+            if number is not None and solved.numbers:
+                solved.numbers[criterion] = number
+                solved.units = {**solved.units, criterion: ("1", "max")}
+
+
+def _places(ranking: Ranking, judgment: Judgment) -> dict[str, tuple[int, int]]:
+    """Return the best and the worst place of each ranked variant by single judges."""
+    if len(judgment.judges) < SEVERAL or not ranking.order:
+        return {}
+    rows = {row.name: row for row in ranking.rows}
+    senses = [criterion["sense"] for criterion in ranking.criteria]
+    found = []
+    for judge in judgment.judges:
+        table = [
+            [judgment.grades.value(name, variant, judge.name)
+             if name in judgment.grades.words else rows[variant].values[name]
+             for name in judge.weights]
+            for variant in ranking.order
+        ]  # fmt: skip
+        costs = shares(np.array(table, float), senses)
+        sums = _sums(costs, np.array([*judge.weights.values()]))
+        found.append([1 + int((sums < total).sum()) for total in sums])
+    best, worst = np.min(found, axis=0), np.max(found, axis=0)
+    ends = zip(best.tolist(), worst.tolist(), strict=True)
+    return dict(zip(ranking.order, ends, strict=True))
 
 
 def _ranked(
@@ -315,11 +371,15 @@ def _task(problem: Problem) -> str:
 
 
 def _comparable(variant: Variant, problem: Problem, name: str) -> Variant:
-    """Return a variant, with a fault if it has not the task, or not the loads of the problem."""
+    """Return a variant, with a fault if it has not the task, or not the loads of the problem.
+
+    Variants keep the names of joints; what has other joints is another mechanism with its loads.
+    """
     if variant.problem is None or variant.fault:
         return variant
-    lost = [load for load in problem.mechanism.loads if load not in variant.problem.mechanism.loads]
-    if lost:
+    one, two = problem.mechanism, variant.problem.mechanism
+    lost = [load for load in one.loads if load not in two.loads]
+    if lost and one.joints.keys() <= two.joints.keys():
         return replace(variant, fault=f"it has no load '{lost[0]}', which has no meaning in it")
     if name in variant.problem.tasks:
         return variant

@@ -11,11 +11,11 @@ import numpy as np
 
 from mechdae.describe import GROUND, Driver, Joint, Problem, Sweep, Table
 from mechdae.describe.file.load import Source, given
+from mechdae.describe.layers import LinksCrossing
 from mechdae.describe.tasks.kinds import Driven, Modes
 from mechdae.describe.values import Number
 from mechdae.errors import AssemblyError, InputError, MechdaeError, UnknownName
 from mechdae.parts.types.chains.variants import constructions, pair_kinds
-from mechdae.parts.types.chains.variants.layers import LinksCrossing
 from mechdae.parts.types.chains.variants.orders import Orders
 from mechdae.parts.types.chains.variants.scheme import Pose, Variant, moves, planar
 from mechdae.records import dataclass, public

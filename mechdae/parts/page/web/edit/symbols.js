@@ -67,7 +67,7 @@ export function drawnBy(sketch, symbols) {
   lettered();
   mechanism.bodies.forEach(({ name, number, points }, k) => {
     const at = [...points.keys()].map((own) => `${name}.${own}`), wide = parts.some(({ id }) => id === `body-${name}-polygon`);
-    if (at.length > 1) parts.push({ id: `number-${name}`, at, turn: name, spot: [0, 0, wide ? 0 : 12], shapes: [symbols.disc, text(String(number ?? k + 1), 9)] });
+    if (at.length > 1) parts.push({ id: `number-${name}`, at, turn: name, spot: [[0, 0, wide ? 0 : 12]], shapes: [symbols.disc, text(String(number ?? k + 1), 9)] });
   });
   return { scene: { joints }, drawing: { parts, reach, loads } };
 
@@ -133,7 +133,7 @@ export function drawnBy(sketch, symbols) {
       const arms = node.refs.flatMap((reference) => [...mechanism.pointsOf(bodyOf(reference)).keys()].filter((other) => bodyOf(reference) !== "ground" && other !== pointOf(reference)).map((other) => places[`${bodyOf(reference)}.${other}`]));
       const away = arms.reduce(([x, y], [u, v]) => [x - u + x0, y - v + y0], [0, 0]), size = Math.hypot(...away);
       const [x, y] = node.fixed ? [away[0] > 0 ? 16 : -16, 4] : size > 0 ? away.map((v) => (15 * v) / size) : [-9, 12];
-      sign(`label-${own}`, here, [text(own, 14)], { spot: [0, x, -y] });
+      sign(`label-${own}`, here, [text(own, 14)], { spot: [[0, x, -y]] });
     }
   }
 }

@@ -15,8 +15,8 @@ from itertools import product
 from typing import TYPE_CHECKING, Any
 
 from mechdae.describe import Mechanism, Problem, Table
+from mechdae.describe.layers import Layers, LinksCrossing, fewest_layers
 from mechdae.errors import InputError
-from mechdae.parts.types.chains.variants.layers import Layers, LinksCrossing, laid
 from mechdae.parts.types.chains.variants.scheme import GROUND, Variant, made
 from mechdae.parts.types.chains.variants.symmetries import of_structure
 from mechdae.records import dataclass
@@ -81,7 +81,7 @@ class Constructions:
         for word in product(FORMS, repeat=len(self.pins)):
             forks = tuple(form[0] for form in word)
             if forks not in known:
-                known[forks] = laid(self.pins, self._forks(word), self.crossings)
+                known[forks] = fewest_layers(self.pins, self._forks(word), self.crossings)
             yield self._variant(word, known[forks])
 
     @cached_property

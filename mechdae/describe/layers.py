@@ -53,7 +53,7 @@ Forks = Mapping[str, str]
 """Pin -> the link with the fork, for those that are not overhung."""
 
 
-def laid(pins: Pins, forks: Forks, crossings: LinksCrossing) -> Layers | str:
+def fewest_layers(pins: Pins, forks: Forks, crossings: LinksCrossing) -> Layers | str:
     """Return the fewest layers, with the shortest reach of pins; or why there are none."""
     if len(crossings.links) > MOST:
         raise InputError(

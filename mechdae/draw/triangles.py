@@ -1,0 +1,59 @@
+"""Triangles between polygons, by matplotlib's triangulation."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.tri import Triangulation
+
+from mechdae.types import Booleans, Integers, Points
+
+
+def triangles(loops: list[Points], least: float) -> Integers | None:
+    """Return triangles (m, 3), counterclockwise, of an outline and the holes in it.
+
+    Parameters
+    ----------
+    loops
+        Points (n, 2) of the outline, counterclockwise, and of holes, clockwise; triangles count
+        all of them one after the other.
+    least
+        Area of triangles that are left out: of points in line.
+
+    Returns
+    -------
+    array or None
+        None where a side of a loop is no side of a triangle: finer polygons are needed.
+    """
+    points = np.vstack(loops)
+    faces = Triangulation(*points.T).triangles
+    middles = points[faces].mean(axis=1)
+    inside = _within(loops[0], middles)
+    for hole in loops[1:]:
+        inside &= ~_within(hole, middles)
+    faces = faces[inside]
+    a, b, c = points[faces].transpose(1, 0, 2)
+    areas = ((b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0]) / 2
+    faces = np.where((areas > 0)[:, None], faces, faces[:, ::-1])[np.abs(areas) > least]
+    return faces if _complete(faces, loops) else None
+
+
+def _complete(faces: Integers, loops: list[Points]) -> bool:
+    """Return whether the sides of triangles that have no neighbour are just the loops."""
+    ways = {(int(t[i]), int(t[(i + 1) % 3])) for t in faces for i in range(3)}
+    open_ways = {way for way in ways if way[::-1] not in ways}
+    wanted, begin = set(), 0
+    for loop in loops:
+        count = len(loop)
+        wanted |= {(begin + k, begin + (k + 1) % count) for k in range(count)}
+        begin += count
+    return open_ways == wanted and 3 * len(faces) == len(ways)
+
+
+def _within(loop: Points, places: Points) -> Booleans:
+    """Return which places lie in a polygon (even-odd rule)."""
+    x, y = places[:, :1], places[:, 1:]
+    (ax, ay), (bx, by) = loop.T, np.roll(loop, -1, axis=0).T
+    with np.errstate(divide="ignore", invalid="ignore"):
+        crossed = ((ay > y) != (by > y)) & (x < (bx - ax) * (y - ay) / (by - ay) + ax)
+    found: Booleans = crossed.sum(axis=1) % 2 == 1
+    return found

@@ -1,0 +1,1 @@
+"""Parts of a planar mechanism to cut or print: plates in layers, pins, spacers, a list."""

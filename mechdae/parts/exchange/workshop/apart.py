@@ -1,0 +1,289 @@
+"""Which plates are proved apart over a whole motion; others need layers of their own.
+
+Between two places of the path Newton-Kantorovich encloses the motion (the tube of a certified
+step): no unknown leaves its tangent by more than a bound. With bounds of the derivatives of
+points and angles that says how far a plate gets within the step, so a gap that is larger at its
+beginning is one throughout. Where it is not, the step is halved.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import combinations
+
+import casadi as ca
+import numpy as np
+
+from mechdae.describe import GROUND
+from mechdae.errors import InputError, UnavailableError
+from mechdae.kernels.bounds.walk import majorant
+from mechdae.kernels.run.functions import Call
+from mechdae.parts.exchange.workshop.gaps import distances
+from mechdae.parts.exchange.workshop.plates import RING, Kit, Plate
+from mechdae.tasks import ExportedMotion
+from mechdae.types import Floats, Points
+
+FIRST = 256
+"""Steps that the motion is divided into at first."""
+HALVINGS = 40
+MOST = 60_000
+"""Steps at once at most."""
+OFF = 1e-6
+"""Share of the driver's range that is left out at a limit position, where no tube is proved."""
+
+
+@dataclass(frozen=True)
+class PlateShape:
+    """Circles of radius `radius` around corners of a body and all between them.
+
+    ``corners`` (k, 2) are from the reference point, in the frame of the body.
+    """
+
+    name: str
+    body: str | None
+    reference: str
+    corners: Points
+    radius: float
+    end: str | None = None
+
+
+@dataclass(frozen=True)
+class Meeting:
+    """Two shapes that are not proved apart: the least gap met, and the driver's value there."""
+
+    one: str
+    other: str
+    gap: float
+    at: float
+
+
+class Motions:
+    """The motion of shapes along a certified path of one driver."""
+
+    def __init__(self, motion: ExportedMotion) -> None:
+        self.setting, self.run = motion.single("a set of parts")
+        graphs, self.path, evaluator = self.setting.graphs, self.run.path, self.run.evaluator
+        if graphs.contacts or any(not graphs.plain(b) for b in range(graphs.nb)):
+            raise UnavailableError("parts of mechanisms with curves are not made")
+        self.graphs, self.evaluator = graphs, evaluator
+        self.values = motion.mechanism.values()
+        self.columns = {
+            (entry.kind, entry.part): list(entry.columns)
+            for entry in self.setting.outputs.entries
+            if entry.name in ("position", "angle") and entry.kind in ("points", "bodies")
+        }
+        good = np.asarray(self.run.values, float).ravel()[motion.rows]
+        self.low, self.high = float(np.min(good)), float(np.max(good))
+        if self.low == self.high:
+            raise InputError(
+                "parts are made of a motion, and the task has one pose that assembles",
+                where=f"tasks.{motion.task}",
+                hint="a task of kind sweep with driver = { coordinate = ..., from_deg, to_deg }",
+            )
+        if "limit" in {str(status) for status in motion.result.status}:
+            off = OFF * (self.high - self.low)
+            self.low, self.high = self.low + off, self.high - off
+
+    def steps(self, begin: Floats, length: float) -> tuple[Floats, Floats]:
+        """Return outputs (n, ny) at steps' begins, how far each may change in its step (n, ny).
+
+        Not finite where a step is not proved.
+        """
+        poses = self.evaluator.at(self.path, begin)
+        x = np.asarray(poses.x, float).reshape(len(begin), -1).T
+        u = np.asarray(self.path.drivers(begin), float).T
+        du = np.asarray(self.path.rates(begin, 1)[0], float).T
+        consts = np.repeat(self._constants[:, None], len(begin), axis=1)
+        rate, away = np.zeros_like(x), np.zeros_like(x)
+        good = np.ones(len(begin), bool)
+        for b, block in enumerate(self.graphs.blocks):
+            along, tube = self._along[b], self._tube[b]
+            _, first, _, beta, _ = (np.asarray(a) for a in along(x, u, rate, du, consts))
+            rate[block.own] = first
+            away[block.own] = np.abs(first) * length
+            numbers = np.vstack([beta, np.full((1, len(begin)), length)])
+            still = np.zeros_like(du)
+            found = tube(x, rate, away, u, du, still, numbers, consts)
+            test, _, reach = (np.asarray(a) for a in found)
+            away[block.own] = reach
+            good &= (test[0] <= 1) & np.isfinite(reach).all(axis=0)
+        moved = np.vstack([np.abs(rate) * length + away, np.abs(du) * length])
+        moved[:, ~good] = 0.0
+        changes = (self._slopes @ moved).T
+        changes[~good] = np.inf
+        return np.asarray(poses.y[0], float), changes
+
+    @cached_property
+    def _constants(self) -> Floats:
+        return np.asarray(self.path.constants.consts, float).ravel()
+
+    @cached_property
+    def _along(self) -> list[ca.Function]:
+        return [self.graphs.along(b) for b in range(self.graphs.nb)]
+
+    @cached_property
+    def _tube(self) -> list[ca.Function]:
+        return [self.graphs.tube(b) for b in range(self.graphs.nb)]
+
+    @cached_property
+    def _slopes(self) -> Floats:
+        """Bounds of the derivatives of outputs by unknowns and drivers, (ny, nx + nu)."""
+        graphs, scene = self.graphs, self.graphs.scene
+        sizes = [ca.SX.sym("size_x", graphs.nx), ca.SX.sym("size_u", graphs.nu)]
+        every = ca.vertcat(scene.x, scene.u)
+        slope = ca.densify(ca.jacobian(self.setting.outputs.expression, every))
+        bound, _ = majorant(slope, [scene.x, scene.u], sizes)
+        call = Call(ca.Function("slopes", [*sizes, graphs.p], [ca.densify(bound)]))
+        size_x, size_u = self.path.sizes()
+        (found,) = call(1.01 * size_x, 1.01 * size_u, self.path.constants.p)
+        return np.asarray(found, float).reshape(slope.shape[::-1]).T
+
+    # -- places of shapes ------------------------------------------------------------------
+
+    def corners(self, shape: PlateShape, y: Floats) -> Points:
+        """Return the corners of a shape, (n, k, 2), for outputs (n, ny)."""
+        place, turn = self._frame(shape, y)
+        cos, sin = np.cos(turn)[:, None], np.sin(turn)[:, None]
+        a, b = shape.corners[:, 0], shape.corners[:, 1]
+        inside = np.stack([cos * a - sin * b, sin * a + cos * b], axis=-1)
+        return place[:, None, :] + inside
+
+    def _frame(self, shape: PlateShape, y: Floats) -> tuple[Points, Floats]:
+        place = self._point(shape.reference, y)
+        if shape.body is None:
+            assert shape.end is not None
+            way = self._point(shape.end, y) - place
+            return place, np.arctan2(way[:, 1], way[:, 0])
+        columns = self.columns.get(("bodies", shape.body))
+        return place, y[:, columns[0]] if columns else np.zeros(len(y))
+
+    def _point(self, reference: str, y: Floats) -> Points:
+        columns = self.columns.get(("points", reference))
+        if columns is None:
+            here = [self.values[f"{reference}.{axis}"] for axis in "xy"]
+            return np.tile(here, (len(y), 1))
+        return y[:, columns]
+
+    def placed(self, kit: Kit, row: int) -> dict[str, tuple[Floats, float]]:
+        """Return origin and angle of each plate that moves, in a pose of the task."""
+        y = np.asarray(self.run.poses.y[0], float)[[row]]
+        found = {}
+        for name in kit.moving:
+            plate = kit.plates[name]
+            place, turn = self._frame(_shape(self, plate, 0.0), y)
+            angle = float(turn[0])
+            cos, sin = np.cos(angle), np.sin(angle)
+            local = _reference(self, plate)
+            found[name] = (place[0] - np.array([[cos, -sin], [sin, cos]]) @ local, angle)
+        return found
+
+    def travel(self, shape: PlateShape, changes: Floats) -> Floats:
+        """Return how far any point of a shape gets at most in the steps, (n,)."""
+        ends = [self.columns.get(("points", r)) for r in (shape.reference, shape.end) if r]
+        ways = [np.hypot(changes[:, xy[0]], changes[:, xy[1]]) for xy in ends if xy]
+        moved = np.max(ways, axis=0) if ways else np.zeros(len(changes))
+        columns = self.columns.get(("bodies", shape.body or ""))
+        if columns:
+            far = float(np.hypot(*shape.corners.T).max(initial=0.0))
+            moved = moved + (far * changes[:, columns[0]] if far else 0.0)
+        return moved
+
+
+def meetings(
+    motions: Motions, pairs: list[tuple[PlateShape, PlateShape]], air: float
+) -> list[Meeting]:
+    """Return the pairs whose distance is not proved above zero, or falls below `air`."""
+    edges = np.linspace(motions.low, motions.high, FIRST + 1)
+    begin, length = edges[:-1], float(edges[1] - edges[0])
+    left = {k: np.ones(len(begin), bool) for k in range(len(pairs))}
+    found: dict[int, Meeting] = {}
+    for _ in range(HALVINGS):
+        y, changes = motions.steps(begin, length)
+        for k, rows in list(left.items()):
+            one, other = pairs[k]
+            gaps = _gaps(motions, one, other, y[rows])
+            least = int(np.nanargmin(gaps)) if np.isfinite(gaps).any() else 0
+            if not np.isfinite(gaps).all() or gaps[least] < air:
+                at = float(begin[rows][least])
+                found[k] = Meeting(one.name, other.name, float(gaps[least]), at)
+            reach = sum(motions.travel(shape, changes[rows]) for shape in (one, other))
+            open_rows = rows.copy()
+            open_rows[rows] = ~(gaps > reach)
+            left[k] = open_rows
+            if k in found or not open_rows.any():
+                del left[k]
+        if not left:
+            break
+        wanted = np.any(list(left.values()), axis=0)
+        if 2 * np.count_nonzero(wanted) > MOST:
+            break
+        length /= 2
+        begin = np.concatenate([begin[wanted], begin[wanted] + length])
+        left = {k: np.tile(rows[wanted], 2) for k, rows in left.items()}
+    for k, rows in left.items():
+        one, other = pairs[k]
+        found[k] = Meeting(one.name, other.name, float("nan"), float(begin[rows][0]))
+    return [found[k] for k in sorted(found)]
+
+
+def _gaps(motions: Motions, one: PlateShape, other: PlateShape, y: Floats) -> Floats:
+    a, b = motions.corners(one, y), motions.corners(other, y)
+    return distances(a, b) - one.radius - other.radius
+
+
+def shapes_of(motions: Motions, kit: Kit) -> tuple[dict[str, PlateShape], dict[str, PlateShape]]:
+    """Return the shapes of plates that move, and of pins with their spacers, by name."""
+    half = kit.sizes.width / 2
+    plates = {name: _shape(motions, kit.plates[name], half) for name in kit.moving}
+    pins = {}
+    for name, pin in kit.pins.items():
+        plate = kit.plates[pin.plates[1]]
+        whole = _shape(motions, plate, half)
+        corners = (plate.holes[name] - _reference(motions, plate))[None]
+        radius = RING * kit.sizes.pin / 2
+        pins[name] = PlateShape(name, whole.body, whole.reference, corners, radius, whole.end)
+    return plates, pins
+
+
+def _shape(motions: Motions, plate: Plate, radius: float) -> PlateShape:
+    if plate.body is None:
+        assert plate.ends is not None
+        first, second = plate.ends
+        return PlateShape(plate.name, None, first, plate.corners, radius, second)
+    corners = plate.corners - _reference(motions, plate)
+    return PlateShape(plate.name, plate.body, _point_of(motions, plate.body), corners, radius)
+
+
+def _point_of(motions: Motions, body: str) -> str:
+    if body == GROUND:
+        return next(name[:-2] for name in motions.values if name.startswith(f"{GROUND}."))
+    return next(
+        part for kind, part in motions.columns if kind == "points" and part.startswith(f"{body}.")
+    )
+
+
+def _reference(motions: Motions, plate: Plate) -> Floats:
+    if plate.body is None:
+        return np.zeros(2)
+    reference = _point_of(motions, plate.body)
+    return np.array([motions.values[f"{reference}.{axis}"] for axis in "xy"])
+
+
+def all_pairs(
+    kit: Kit, plates: dict[str, PlateShape], pins: dict[str, PlateShape]
+) -> tuple[list[tuple[PlateShape, PlateShape]], list[tuple[PlateShape, PlateShape]]]:
+    """Return the pairs of plates without a common pin, and those of plates and others' pins."""
+    joined = {frozenset(pin.plates) for pin in kit.pins.values()}
+    names = kit.moving
+    apart = [
+        (plates[a], plates[b]) for a, b in combinations(names, 2) if frozenset((a, b)) not in joined
+    ]
+    over = [
+        (plates[name], pins[pin])
+        for shaft in kit.shafts
+        for pin in shaft
+        for name in names
+        if name not in kit.on_shaft(shaft)
+    ]
+    return apart, over

@@ -1,0 +1,295 @@
+"""Writers: sheets to cut as SVG in millimetres, solids as STL, the list of parts."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from xml.sax.saxutils import escape
+
+import numpy as np
+
+from mechdae.describe import GROUND
+from mechdae.draw.triangles import triangles
+from mechdae.errors import UnavailableError
+from mechdae.parts.exchange.workshop.apart import Motions
+from mechdae.parts.exchange.workshop.gaps import distances
+from mechdae.parts.exchange.workshop.outlines import CutPart, Loop, part_of, ring
+from mechdae.parts.exchange.workshop.plates import Kit, Plate, check_slots, kit_of
+from mechdae.parts.exchange.workshop.stack import Stack, stacked
+from mechdae.tasks import ExportedMotion
+from mechdae.types import Floats, Integers, Points
+
+MM = 1e3
+SPACE = 0.35
+"""Space between parts on a sheet, in widths of plates."""
+FLAT = 1e-9
+"""Area of a triangle of points in line, over the square of the sides of polygons."""
+FINER = 6
+"""Times that straight sides are halved until a triangulation has them all."""
+LETTER, SMALLER = 0.62, 6
+"""Width of a letter over its height; how often names are made smaller to fit."""
+
+
+def svg_cut(motion: ExportedMotion, **given: float) -> dict[str, str]:
+    """Return a sheet with all parts at their true size, and the list of parts."""
+    kit, stack, _ = _made(motion, given)
+    return {"": _sheet(motion, parts_of(kit, stack), kit), "parts.csv": listed(kit, stack)}
+
+
+def stl(motion: ExportedMotion, **given: float) -> dict[str, str]:
+    """Return the assembly in its first pose, the parts laid flat, and the list of parts."""
+    kit, stack, motions = _made(motion, given)
+    return {
+        "": _assembly(motion, kit, stack, motions),
+        "flat.stl": _flat(parts_of(kit, stack), kit),
+        "parts.csv": listed(kit, stack),
+    }
+
+
+def _made(motion: ExportedMotion, given: dict[str, float]) -> tuple[Kit, Stack, Motions]:
+    kit = kit_of(motion, given)
+    motions = Motions(motion)
+    return kit, stacked(motions, kit), motions
+
+
+def parts_of(kit: Kit, stack: Stack) -> list[CutPart]:
+    """Return all parts that are cut."""
+    found = [part_of(kit.plates[name], kit) for name in kit.moving]
+    found += [part for part, _ in frames(kit, stack)]
+    rings = sum(map(len, stack.spacers.values()))
+    one = ring(kit)
+    found += [CutPart(one.name, one.outline, one.holes, rings)] if rings else []
+    return found
+
+
+def frames(kit: Kit, stack: Stack) -> list[tuple[CutPart, int]]:
+    """Return the frame's plates with their layers: behind, and in front where pins reach there."""
+    plate = kit.plates[GROUND]
+    held = {
+        pin: stack.pins[shaft[0]]
+        for shaft in kit.shafts
+        for pin in shaft
+        if GROUND in kit.pins[pin].plates
+    }
+    found = []
+    for layer, name in ((0, "frame"), (stack.front, "frame in front")):
+        pins = {pin for pin, (low, high) in held.items() if layer in (low, high)}
+        if layer is not None and pins:
+            slots = {
+                s: e for s, e in plate.slots.items() if any(p.split(".")[0] == s for p in pins)
+            }
+            small = Plate(name, GROUND, plate.corners, plate.holes, slots)
+            part = part_of(small, kit, pins, name)
+            check_slots(
+                replace(small, holes={p: plate.holes[p] for p in pins if p in plate.holes}),
+                kit.sizes,
+            )
+            found.append((part, layer))
+    return found
+
+
+def listed(kit: Kit, stack: Stack) -> str:
+    """Return the list of parts as CSV, sizes in millimetres."""
+    sizes = kit.sizes
+    t = sizes.thickness * MM
+    rows = ["part,count,layer,thickness_mm,note"]
+    rows += [f"{name},1,{stack.layers[name]},{t:.6g}," for name in kit.moving]
+    rows += [f"{part.name},1,{layer},{t:.6g}," for part, layer in frames(kit, stack)]
+    count = sum(map(len, stack.spacers.values()))
+    if count:
+        where = "; ".join(f"{name}: {len(rings)}" for name, rings in stack.spacers.items())
+        rows.append(f"spacer,{count},,{t:.6g},{where}")
+    for name, (low, high) in stack.pins.items():
+        length = (high - low + 1) * t
+        text = f"diameter {sizes.pin * MM:.6g} mm; length {length:.6g} mm; layers {low} to {high}"
+        rows.append(f"pin {name},1,,,{text}")
+    rows.append(
+        f"sizes,,,,width {sizes.width * MM:.6g} mm; clearance {sizes.clearance * MM:.6g} mm; "
+        f"air {sizes.air * MM:.6g} mm; kerf {sizes.kerf * MM:.6g} mm"
+    )
+    for met in stack.meetings:
+        gap = f"{met.gap * MM:.4g} mm" if np.isfinite(met.gap) else "no gap proved"
+        rows.append(f"apart,,,,{met.one} and {met.other}: {gap} at {met.at:.6g}; other layers")
+    return "\n".join(rows) + "\n"
+
+
+# -- the sheet -----------------------------------------------------------------------------
+
+
+def _turned(part: CutPart) -> tuple[Loop, list[Loop]]:
+    """Return outline and holes with the longest side level and the least corner at the origin."""
+    corners = part.outline.corners
+    if len(corners) > 1:
+        sides = np.roll(corners, -1, axis=0) - corners
+        way = sides[int(np.argmax(np.hypot(*sides.T)))]
+        cos, sin = way / np.hypot(*way)
+        turn = np.array([[cos, sin], [-sin, cos]])
+    else:
+        turn = np.eye(2)
+    inside = corners @ turn.T
+    shift = part.outline.radius - inside.min(axis=0)
+    loops = [Loop(loop.corners @ turn.T + shift, loop.radius) for loop in part.holes]
+    return Loop(inside + shift, part.outline.radius), loops
+
+
+def _placed(
+    parts: list[CutPart], kit: Kit
+) -> tuple[list[tuple[CutPart, Loop, list[Loop]]], Floats]:
+    """Return the parts side by side in rows, and the size of the sheet [m]."""
+    space = SPACE * kit.sizes.width
+    each = [(part, *_turned(part)) for part in parts for _ in range(part.count)]
+    spans = [loop.corners.max(axis=0) + loop.radius for _, loop, _ in each]
+    order = sorted(range(len(each)), key=lambda k: -spans[k][1])
+    limit = max(max(span[0] for span in spans), np.sqrt(sum(a * b for a, b in spans)) * 1.5)
+    x, y, height, wide = space, space, 0.0, 0.0
+    found = []
+    for k in order:
+        part, loop, holes = each[k]
+        if x > space and x + spans[k][0] > limit + space:
+            x, y, height = space, y + height + space, 0.0
+        shift = np.array([x, y])
+        moved = [Loop(hole.corners + shift, hole.radius) for hole in holes]
+        found.append((part, Loop(loop.corners + shift, loop.radius), moved))
+        x, height = x + spans[k][0] + space, max(height, spans[k][1])
+        wide = max(wide, x)
+    return found, np.array([wide, y + height + space])
+
+
+def _sheet(motion: ExportedMotion, parts: list[CutPart], kit: Kit) -> str:
+    placed, size = _placed(parts, kit)
+    w, h = size * MM
+    grown = kit.sizes.kerf / 2
+    letter = 0.3 * kit.sizes.width * MM
+    lines = [
+        f'<svg xmlns="http://www.w3.org/2000/svg" width="{w:.3f}mm" height="{h:.3f}mm" '
+        f'viewBox="0 0 {w:.3f} {h:.3f}">',
+        f"<title>{escape(motion.problem.name)}: parts to cut</title>",
+        "<desc>Millimetres at true size. Red lines are cut, blue names are engraved.</desc>",
+        '<g fill="none" stroke="#ff0000" stroke-width="0.1">',
+    ]
+    for _, outline, holes in placed:
+        for loop in (outline.grown(grown), *(hole.grown(-grown) for hole in holes)):
+            lines.append(f'<path d="{_path(loop, h)}"/>')
+    lines += ["</g>", '<g fill="#0000ff" font-family="sans-serif">']
+    for part, outline, holes in placed:
+        if part.name == "spacer":
+            continue
+        (x, y), high = _free(outline, holes, len(part.name), letter / MM)
+        lines.append(
+            f'<text x="{x * MM:.3f}" y="{h - y * MM + high * MM / 3:.3f}" text-anchor="middle" '
+            f'font-size="{high * MM:.3f}">{escape(part.name)}</text>'
+        )
+    return "\n".join([*lines, "</g>", "</svg>"]) + "\n"
+
+
+def _free(outline: Loop, holes: list[Loop], count: int, size: float) -> tuple[Floats, float]:
+    """Return the middle and the height of a name of `count` letters that meets no hole."""
+    low = outline.corners.min(axis=0) - outline.radius
+    high = outline.corners.max(axis=0) + outline.radius
+    grid: Points = np.stack(np.meshgrid(*np.linspace(low, high, 41).T), -1).reshape(-1, 2)
+    best = grid[0]
+    for _ in range(SMALLER):
+        half = np.array([LETTER * count, 1.0]) * size / 2
+        box = half * [(a, b) for a in np.linspace(-1, 1, 2 * count + 1) for b in (-1, 0, 1)]
+        places = (grid[:, None] + box).reshape(-1, 1, 2)
+
+        def far(corners: Points, places: Points = places) -> Floats:
+            every = np.broadcast_to(corners, (len(places), *corners.shape))
+            return distances(places, every).reshape(len(grid), -1)
+
+        gaps = [outline.radius - far(outline.corners).max(axis=1)]
+        gaps += [far(hole.corners).min(axis=1) - hole.radius for hole in holes]
+        room = np.minimum(np.min(gaps, axis=0), size / 4)
+        off = np.hypot(*(grid - (low + high) / 2).T)
+        best = grid[np.lexsort((off, -room))[0]]
+        if room.max() > 0:
+            break
+        size *= 0.75
+    return best, size
+
+
+def _path(loop: Loop, height: float) -> str:
+    """Return a loop as the path of an SVG [mm], whose y leads down."""
+    r = loop.radius * MM
+    words = []
+    for k, (begin, end, middle) in enumerate(loop.arcs()):
+        a, b = (np.array([p[0] * MM, height - p[1] * MM]) for p in (begin, end))
+        first = np.arctan2(*(begin - middle)[::-1])
+        turn = (np.arctan2(*(end - middle)[::-1]) - first) % (2 * np.pi)
+        words.append(f"{'L' if k else 'M'}{a[0]:.4f} {a[1]:.4f}")
+        words.append(f"A{r:.4f} {r:.4f} 0 {int(turn > np.pi)} 0 {b[0]:.4f} {b[1]:.4f}")
+    return "".join(words) + "Z"
+
+
+# -- solids --------------------------------------------------------------------------------
+
+
+def _triangles(part: CutPart) -> tuple[Points, Integers, list[Points]]:
+    """Return points, triangles (m, 3) and the loops of a part, the outline first."""
+    outlines = (part.outline, *part.holes)
+    side = 2 * min(loop.radius for loop in outlines)
+    for k in range(FINER):
+        polygons = [loop.polygon(side / 2**k) for loop in outlines]
+        loops = [loop[::-1] if j else loop for j, loop in enumerate(polygons)]
+        faces = triangles(loops, FLAT * side**2)
+        if faces is not None:
+            return np.vstack(loops), faces, loops
+    raise UnavailableError(f"no triangles found for {part.name}", hint="svg-cut")
+
+
+def solid(name: str, part: CutPart, place: Floats, turn: float, low: float, high: float) -> str:
+    """Return a part between two heights as a solid of an STL file, millimetres."""
+    points, faces, loops = _triangles(part)
+    cos, sin = np.cos(turn), np.sin(turn)
+    flat = (points @ np.array([[cos, sin], [-sin, cos]]) + place) * MM
+    bottom = np.hstack([flat, np.full((len(flat), 1), low * MM)])
+    top = np.hstack([flat, np.full((len(flat), 1), high * MM)])
+    found = [*top[faces], *bottom[faces[:, ::-1]]]
+    begin = 0
+    for loop in loops:
+        here = begin + np.arange(len(loop))
+        after = begin + (np.arange(len(loop)) + 1) % len(loop)
+        found += [np.array(t) for t in zip(bottom[here], bottom[after], top[after], strict=True)]
+        found += [np.array(t) for t in zip(bottom[here], top[after], top[here], strict=True)]
+        begin += len(loop)
+    lines = [f"solid {name}"]
+    for corners in found:
+        normal = np.cross(corners[1] - corners[0], corners[2] - corners[0])
+        size = float(np.linalg.norm(normal))
+        normal = normal / size if size > 0 else normal
+        lines.append("facet normal " + " ".join(f"{value:.6g}" for value in normal))
+        lines.append("outer loop")
+        lines += ["vertex " + " ".join(f"{value:.6f}" for value in corner) for corner in corners]
+        lines += ["endloop", "endfacet"]
+    return "\n".join([*lines, f"endsolid {name}"]) + "\n"
+
+
+def _assembly(motion: ExportedMotion, kit: Kit, stack: Stack, motions: Motions) -> str:
+    """Return all parts in the motion's first pose."""
+    t, row = kit.sizes.thickness, motion.first
+    frame = motions.placed(kit, row)
+    text = []
+    for name in kit.moving:
+        low = stack.layers[name] * t
+        text.append(solid(name, part_of(kit.plates[name], kit), *frame[name], low, low + t))
+    for part, layer in frames(kit, stack):
+        text.append(solid(part.name, part, np.zeros(2), 0.0, layer * t, (layer + 1) * t))
+    one = ring(kit)
+    for name, (low, high) in stack.pins.items():
+        plate = kit.plates[kit.pins[name].plates[1]]
+        place, turn = frame.get(plate.name, (np.zeros(2), 0.0))
+        cos, sin = np.cos(turn), np.sin(turn)
+        here = place + np.array([[cos, -sin], [sin, cos]]) @ plate.holes[name]
+        pin = CutPart(f"pin {name}", Loop(np.zeros((1, 2)), kit.sizes.pin / 2))
+        text.append(solid(pin.name, pin, here, 0.0, low * t, (high + 1) * t))
+        for layer in stack.spacers.get(name, ()):
+            text.append(solid(f"spacer {name}", one, here, 0.0, layer * t, (layer + 1) * t))
+    return "".join(text)
+
+
+def _flat(parts: list[CutPart], kit: Kit) -> str:
+    """Return the parts side by side as they are printed."""
+    placed, _ = _placed(parts, kit)
+    pieces = [CutPart(part.name, outline, holes) for part, outline, holes in placed]
+    return "".join(
+        solid(piece.name, piece, np.zeros(2), 0.0, 0.0, kit.sizes.thickness) for piece in pieces
+    )
