@@ -30,7 +30,21 @@ CONTROL = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f]")
 
 
 class MechdaeError(Exception):
-    """Base of all errors; ``where`` is a place, ``hint`` the thing to try."""
+    """Base of all errors: catch it for whatever the package raises on purpose.
+
+    Attributes
+    ----------
+    what, where, hint : str
+        What is wrong, its place (file, key, joint, value of a driver), and what to try.
+
+    Examples
+    --------
+    >>> try:
+    ...     md.load("pendlum")
+    ... except md.MechdaeError as error:
+    ...     print(error.what, "-", error.hint)
+    unknown problem 'pendlum' - did you mean pendulum or double-pendulum?
+    """
 
     def __init__(self, what: str, *, where: str = "", hint: str = "") -> None:
         self.what = what
@@ -69,15 +83,39 @@ class within:  # noqa: N801  (used like a function)
 
 
 class InputError(MechdaeError, ValueError):
-    """Something the user wrote is wrong."""
+    """Something the user wrote is wrong.
+
+    Examples
+    --------
+    >>> md.four_bar(0.1, 0.04, -0.12, 0.08)
+    Traceback (most recent call last):
+        ...
+    mechdae.errors.InputError: four_bar: coupler: a length above 0 is needed, not -0.12
+    """
 
 
 class ProblemFileError(InputError):
-    """A problem file cannot be read or does not follow the format."""
+    """A problem file cannot be read or does not follow the format.
+
+    Examples
+    --------
+    >>> md.load("nothing.toml")
+    Traceback (most recent call last):
+        ...
+    mechdae.errors.ProblemFileError: nothing.toml: there is no such file
+    """
 
 
 class MechanismError(InputError):
-    """The bodies, joints and loads do not make a mechanism."""
+    """The bodies, joints and loads do not make a mechanism.
+
+    Examples
+    --------
+    >>> md.Gear("mesh", "pinion.A", "wheel.B")
+    Traceback (most recent call last):
+        ...
+    mechdae.errors.MechanismError: a gear needs either 'ratio' or 'teeth' with 'mesh'
+    """
 
 
 class SketchError(MechanismError):
@@ -89,7 +127,21 @@ class FreedomError(MechanismError):
 
 
 class UnknownName(InputError):
-    """A name that does not exist, answered with the nearest ones."""
+    """A name that does not exist, answered with the nearest ones.
+
+    Attributes
+    ----------
+    name : str
+        The name that was given.
+
+    Examples
+    --------
+    >>> md.load("pendlum")
+    Traceback (most recent call last):
+        ...
+    mechdae.errors.UnknownName: predefined problems: unknown problem 'pendlum'
+      try: did you mean pendulum or double-pendulum?
+    """
 
     def __init__(self, kind: str, name: str, known: Iterable[str], *, where: str = "") -> None:
         near = nearest(name, known)
@@ -106,29 +158,69 @@ class UnknownArgument(UnknownName, TypeError):
 
 
 class UnavailableError(InputError):
-    """The request is valid, but this version of mechdae does not compute it."""
+    """The request is valid, but this version of mechdae does not compute it.
+
+    Examples
+    --------
+    >>> md.loops_of(md.rssr(1.0, 0.3, 1.1, 0.8))
+    Traceback (most recent call last):
+        ...
+    mechdae.errors.UnavailableError: dimension: loops are written of plane mechanisms
+    """
 
 
 class SolveError(MechdaeError, RuntimeError):
-    """The description is fine, the computation cannot go on."""
+    """The description is fine, the computation cannot go on.
+
+    Examples
+    --------
+    >>> try:
+    ...     md.solve(md.four_bar(0.1, 0.04, 0.12, 0.08), set={"coupler": 0.5})
+    ... except md.SolveError as error:
+    ...     print(type(error).__name__)
+    AssemblyError
+    """
 
 
 class AssemblyError(SolveError):
-    """An Assur group cannot be assembled at the given pose of the driver."""
+    """An Assur group cannot be assembled at the given pose of the driver.
+
+    Examples
+    --------
+    >>> try:
+    ...     md.solve(md.four_bar(0.1, 0.04, 0.12, 0.08), set={"coupler": 0.5})
+    ... except md.AssemblyError as error:
+    ...     print(error.hint)
+    here coupler at most 0.167178 m, or rocker at least 0.412822 m
+    """
 
 
 class IndeterminateFrictionError(SolveError):
-    """Friction acts on a normal force that superfluous constraints leave open."""
+    """Friction acts on a normal force that redundant constraints leave open."""
 
 
 class InconsistentStartError(SolveError):
-    """What a motion starts from contradicts the constraints; ``residuals`` by constraint."""
+    """What a motion starts from contradicts the constraints.
+
+    Attributes
+    ----------
+    residuals : dict of str to float
+        What is left of each constraint, by its name [m, rad, or a second of these].
+    """
 
     residuals: Mapping[str, float] = MappingProxyType({})
 
 
 class InfeasibleMotionError(SolveError):
-    """Laws of time ask for speeds that no motion has at a dead point; what is left by equation."""
+    """Laws of time prescribe speeds that no motion has at a dead point.
+
+    Attributes
+    ----------
+    residuals : dict of str to float
+        What is left of each equation, by its name.
+    time : float
+        When [s].
+    """
 
     residuals: Mapping[str, float] = MappingProxyType({})
     time: float = 0.0

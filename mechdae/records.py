@@ -15,6 +15,7 @@ import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import partial, wraps
+from importlib import import_module
 from operator import attrgetter
 from reprlib import recursive_repr
 from typing import (
@@ -86,12 +87,13 @@ def dataclass(
     """Return the class as a dataclass."""
 
     def made(kind: Any) -> Any:
-        kind.__doc__ = kind.__doc__ or kind.__name__  # else its signature is written there
+        text = kind.__doc__ = kind.__doc__ or kind.__name__  # else its signature is written there
         with _thawed(kind, frozen):
             dataclasses.dataclass(kind, init=False, repr=False, eq=False, kw_only=kw_only)
         given = kind.__dataclass_params__
         given.init, given.repr, given.eq, given.frozen = True, repr, eq, frozen
         _write(kind, frozen, eq, repr)
+        kind.__doc__ = _Doc(text)
         return kind
 
     return made if cls is None else made(cls)
@@ -114,6 +116,16 @@ class Record:
         ]
         special = [name for name in super().__dir__() if name.startswith("__")]
         return [*(entry.name for entry in entries), *named, *special]
+
+
+class _Doc:
+    """The docstring of a class, made when it is read."""
+
+    def __init__(self, text: str) -> None:
+        self.text = text
+
+    def __get__(self, item: object, owner: type) -> str:
+        return str(import_module("mechdae.docstrings").docstring(owner, self.text))
 
 
 @contextmanager

@@ -96,10 +96,16 @@ class Load(Value):
 
 @dataclass(frozen=True)
 class Force(Load):
-    """Force [N] at a point; ``frame`` is "world" or a body."""
+    """Force at a point.
 
-    point: str = key("reference")
-    value: Numbers = key("components", unit="N")
+    Examples
+    --------
+    >>> md.Force("F", "slider.C", [-100, 0]).value
+    (-100.0, 0.0)
+    """
+
+    point: str = key("reference", doc="where it acts, BODY.POINT")
+    value: Numbers = key("components", doc="components", unit="N")
     frame: str = optional("text", "world")
     kind: ClassVar[str] = "force"
 
@@ -109,10 +115,16 @@ class Force(Load):
 
 @dataclass(frozen=True)
 class Torque(Load):
-    """Torque [N m] on a body; in space its components in the axes of ``frame``."""
+    """Torque on a body; in space its components in the axes of ``frame``.
 
-    body: str = key("name")
-    value: NumberOrNumbers = key("moment", unit="N m")
+    Examples
+    --------
+    >>> md.Torque("M", "rocker", -5).value
+    -5.0
+    """
+
+    body: str = key("name", doc="body it acts on")
+    value: NumberOrNumbers = key("moment", doc="moment", unit="N m")
     frame: str = optional("text", "world")
     kind: ClassVar[str] = "torque"
 
@@ -123,11 +135,17 @@ class Torque(Load):
 
 @dataclass(frozen=True)
 class Resistance(Load):
-    """Magnitudes against the motion while the coordinate falls / grows [N or N m]."""
+    """Magnitudes against the motion while the coordinate falls and grows.
 
-    coordinate: str = key("text")
-    negative: Number = optional("number", 0.0, unit="N or N m")
-    positive: Number = optional("number", 0.0, unit="N or N m")
+    Examples
+    --------
+    >>> md.Resistance("cut", "guide.slide", negative=20, positive=500).positive
+    500.0
+    """
+
+    coordinate: str = key("text", doc="coordinate it acts on")
+    negative: Number = optional("number", 0.0, doc="while it falls", unit="N or N m")
+    positive: Number = optional("number", 0.0, doc="while it grows", unit="N or N m")
     kind: ClassVar[str] = "resistance"
 
     def with_units(self, turns: Turns) -> Iterator[tuple[Number | None, str, str]]:
@@ -137,12 +155,18 @@ class Resistance(Load):
 
 @dataclass(frozen=True)
 class Spring(Load):
-    """Spring and damper between two points, or on a coordinate."""
+    """Spring and damper between two points, or on a coordinate.
 
-    between: NamesOrNone = optional("names")
-    coordinate: str | None = optional("text")
+    Examples
+    --------
+    >>> md.Spring("s", between=["ground.D", "rocker.P"], stiffness=2000, free_length=0.05).stiffness
+    2000.0
+    """
+
+    between: NamesOrNone = optional("names", doc="its two points, BODY.POINT")
+    coordinate: str | None = optional("text", doc="in place of between")
     stiffness: Number = optional("number", 0.0, unit="N/m or N m/rad")
-    free_length: Number = optional("number", 0.0)
+    free_length: Number = optional("number", 0.0, doc="without a force", unit="m or rad")
     preload: Number = optional("number", 0.0, unit="N or N m")
     damping: Number = optional("number", 0.0, unit="N s/m or N m s/rad")
     kind: ClassVar[str] = "spring"
@@ -154,23 +178,28 @@ class Spring(Load):
 
 @dataclass(frozen=True)
 class TableLoad(Load):
-    """Values over a coordinate or the time, from a CSV file or ``rows``, joined by straight lines.
+    """Values over a coordinate or the time, from a CSV file or ``rows``: a force or a torque.
 
     A force [N] on the coordinate ``along``, positive in the sense of its growth, or a torque
-    [N m] on a ``body``, in space about the direction ``axis`` in the axes of ``frame``, "world" or
-    a body. ``periodic`` tables repeat outside their range. Over the time ``t`` a table
-    may begin ``shift`` later, repeat after ``period``, and be joined by a ``spline``.
+    [N m] on a ``body``, in space about the direction ``axis``. Tables over the time ``t`` may have
+    ``shift``, ``period`` and a spline.
+
+    Examples
+    --------
+    >>> load = md.TableLoad("p", "guide.slide", rows=[[0, 0], [0.1, 800]], along="guide.slide")
+    >>> load.points
+    ((0.0, 0.0), (0.1, 800.0))
     """
 
-    coordinate: str = key("text")
+    coordinate: str = key("text", doc="abscissa: a coordinate, or the time t")
     file: str | None = optional("text", doc="CSV in the folder of the problem file")
     rows: FloatRowsOrNone = optional(
         "rows", doc="[[abscissa, value], ...]", unit="m or rad, and N or N m"
     )
     columns: NamesOrNone = optional("names")
     factor: Number = optional("number", 1.0, unit="N or N m over the unit of the table")
-    along: str | None = optional("text")
-    body: str | None = optional("name")
+    along: str | None = optional("text", doc="coordinate on which it is a force, in its sense")
+    body: str | None = optional("name", doc="body on which it is a torque")
     periodic: bool = optional("flag", False)
     shift: Number = optional("number", 0.0, unit="s")
     period: Number | None = optional("number", unit="s")
@@ -210,8 +239,13 @@ class TableLoad(Load):
 class TimeTable(Value):
     """Values over the time, from a CSV file or ``rows``: a measured law of a driver.
 
-    The table begins ``shift`` later, and repeats after ``period`` (``periodic``: after its own
-    length). Rows are joined by a ``spline``: straight lines would jump in their speed.
+    A spline joins the rows where nothing else is given: straight lines would jump in their speed.
+
+    Examples
+    --------
+    >>> law = md.TimeTable(rows=[[0, 0], [0.5, 0.3], [1, 1.2]])
+    >>> md.Driver("crank.angle", table=law).table.points[-1]
+    (1.0, 1.2)
     """
 
     file: str | None = optional("text", doc="CSV in the folder of the problem file")

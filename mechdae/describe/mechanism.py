@@ -46,7 +46,13 @@ SCREEN = "mechdae.describe.file.screen"
 
 @dataclass(frozen=True)
 class Ground(Value):
-    """The fixed link: its points [m] in the fixed frame."""
+    """The fixed link.
+
+    Examples
+    --------
+    >>> md.Ground({"A": (0, 0), "D": (0.1, 0)}).points["D"]
+    (0.1, 0.0)
+    """
 
     points: PointTable = optional("points", Table(), unit="m")
 
@@ -55,24 +61,25 @@ class Ground(Value):
 class Body(Value):
     """A rigid link with its own frame.
 
-    ``points`` are named positions in that frame [m]; ``mass`` [kg], ``center`` [m] and
-    ``inertia`` about the center [kg m2] are absent for a massless body; ``number`` is the
-    one in the circle on the diagram, ``outline`` the points of the polygon that is drawn.
+    Examples
+    --------
+    >>> md.Body("crank", {"A": (0, 0), "B": ("r", 0)}, mass=0.5, center=(0.02, 0)).points["B"]
+    ('r', 0.0)
     """
 
     name: str = key("name")
     points: PointTable = optional("points", Table(), unit="m")
     number: int | None = optional("whole", doc="number in the circle on the diagram")
-    mass: Number | None = optional("number", doc="kg; absent: massless", unit="kg")
+    mass: Number | None = optional("number", doc="absent: massless", unit="kg")
     center: NumbersOrNone = optional(
         "components", doc="centre of mass in the body's frame", unit="m"
     )
     inertia: Takes[Number | Sequence[Number] | None, Number | tuple[Number, ...] | None] = optional(
         "inertia",
-        doc="about the centre of mass, kg m2; in space [Ixx, Iyy, Izz] or with Ixy, Ixz, Iyz",
+        doc="about the centre of mass; in space [Ixx, Iyy, Izz] or with Ixy, Ixz, Iyz",
         unit="kg m2",
     )
-    outline: NamesOrNone = optional("outline", doc="points of the polygon drawn")
+    outline: NamesOrNone = optional("outline", doc="points of the polygon that is drawn")
 
 
 @dataclass(frozen=True)
@@ -87,6 +94,8 @@ class Mechanism(Record):
         Named numbers [SI, rad], floats or expressions over other parameters.
     sketch
         A rough pose: body name -> angle [rad], joint name or coordinate -> value.
+    outputs
+        Named outputs: name -> expression over coordinates.
     gravity
         (gx, gy[, gz]) [m/s2] or None.
     dimension
@@ -107,6 +116,14 @@ class Mechanism(Record):
     ------
     MechanismError
         Contradictory or dangling descriptions; the message names the part.
+
+    Examples
+    --------
+    >>> pin = md.Revolute("O", "ground.O", "rod.O")
+    >>> rod = md.Body("rod", {"O": (0, 0), "P": (1, 0)}, mass=2, center=(1, 0))
+    >>> mechanism = md.Mechanism(md.Ground({"O": (0, 0)}), [rod], [pin], sketch={"rod": 0.3})
+    >>> dict(mechanism.numbers())["rod.mass"]
+    2.0
     """
 
     ground: Ground = field(default_factory=Ground)

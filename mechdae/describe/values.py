@@ -83,6 +83,11 @@ class Value(Record):
                 raise problem.inside(entry.name.rstrip("_")) from None
             object.__setattr__(self, entry.name, value)
 
+    @classmethod
+    def documented(cls, text: str) -> str:
+        """Return the docstring with what the fields say."""
+        return str(import_module("mechdae.describe.field_docs").with_parameters(cls, text))
+
     def evaluated(self, known: Mapping[str, float]) -> Self:
         """Return the description with its numbers evaluated over the parameters' values."""
         changes: Json = {}

@@ -97,6 +97,13 @@ def plot(
         Not a kind of picture, or no option of one.
     InputError
         A kind that does not suit the result, an option that does not suit the kind.
+
+    Examples
+    --------
+    >>> problem = md.four_bar(0.1, 0.04, 0.12, 0.08)
+    >>> diagram = md.plot(problem)
+    >>> diagram.figure.savefig("four-bar.svg")  # doctest: +SKIP
+    >>> curves = md.plot(problem, "curves")
     """
     result: Any = problem
     if isinstance(problem, Problem | Mechanism | str | Path) or (task, set, mode) != (None,) * 3:

@@ -25,6 +25,12 @@ class ModesResult(Result):
     ----------
     labels
         Of each mode, one text for each group.
+
+    Examples
+    --------
+    >>> result = md.solve(md.four_bar(0.1, 0.04, 0.12, 0.08), "modes")
+    >>> result.labels
+    (('+',), ('-',))
     """
 
     labels: tuple[tuple[str, ...], ...] = ()
@@ -49,6 +55,12 @@ class ReactionsResult(SweepResult):
     loads
         Force [N] and moment about the body's origin [N m] of each load on each body, (n, 3) in
         world axes, by load and body; weights under ``gravity``. Not in the JSON.
+
+    Examples
+    --------
+    >>> result = md.solve("slider-crank-friction", "cycle", poses=5)
+    >>> result.efforts["crank.angle"].shape, result.joints["B"].reaction.shape
+    ((5,), (5, 3))
     """
 
     efforts: Series = field(default_factory=_none)
@@ -77,6 +89,13 @@ class MotionResult(Result):
         The gap of the energy balance over the energies in motion.
     data
         The linear system, where the task asks for it.
+
+    Examples
+    --------
+    >>> task = md.Motion(start={"rod.angle": -1.5}, until=1.0, poses=3)
+    >>> result = md.solve(md.load("pendulum"), task)
+    >>> result.time.tolist(), result.scalars["kinetic"].round(4).tolist()
+    ([0.0, 0.5, 1.0], [0.0, 0.0246, 0.0])
     """
 
     efforts: Series = field(default_factory=_none)
@@ -96,6 +115,13 @@ class EquilibriumResult(Result):
     ----------
     unique, data
         As of `MotionResult`.
+
+    Examples
+    --------
+    >>> task = md.Equilibrium(free=["rod.angle"], start={"rod.angle": -1.5}, linearise=True)
+    >>> result = md.solve(md.load("pendulum"), task)
+    >>> [round(f, 4) for f in result.value("summary/frequencies")]
+    [0.4985]
     """
 
     unique: Summary = field(default_factory=Summary)
@@ -109,8 +135,17 @@ class StudyResult(Result):
 
     Attributes
     ----------
-    parameters, table
-        Name -> (n,), path -> (n, ...).
+    parameters
+        Name -> (n,), the sets.
+    table
+        Path -> (n, ...), the outputs of each set.
+
+    Examples
+    --------
+    >>> sets, outputs = {"crank": [0.03, 0.04]}, ["summary/swing/rocker"]
+    >>> found = md.study(md.four_bar(0.1, 0.04, 0.12, 0.08), sets=sets, of="turn", outputs=outputs)
+    >>> found.table["summary/swing/rocker"].shape
+    (2,)
     """
 
     parameters: Mapping[str, Floats] = field(default_factory=dict)
@@ -125,6 +160,13 @@ class SensitivityResult(Result):
     ----------
     data
         Values, derivatives and what tolerances do, by path and name.
+
+    Examples
+    --------
+    >>> task = md.Sensitivity(of="turn", outputs=["summary/swing/rocker"], wrt=["crank"])
+    >>> result = md.solve(md.four_bar(0.1, 0.04, 0.12, 0.08), task)
+    >>> round(result.value("derivatives")["summary/swing/rocker"]["crank"], 2)
+    37.26
     """
 
     data: Mapping[str, Any] = field(default_factory=dict)
@@ -140,6 +182,15 @@ class SynthesisResult(Result):
         The designs, best first.
     motions
         How designs move, by the text of their problems; not in the JSON.
+
+    Examples
+    --------
+    >>> goal = {"kind": "rocker", "body": "rocker", "swing": 0.8}
+    >>> turned = {"coordinate": "crank.angle"}
+    >>> task = md.Synthesis(turned, goal, free={"crank": [0.02, 0.035]}, starts=2)
+    >>> found = md.synthesize(md.four_bar(0.1, 0.03, 0.12, 0.08), task)
+    >>> len(found), len(found.data["designs"])
+    (1, 1)
     """
 
     data: Mapping[str, Any] = field(default_factory=dict)

@@ -18,6 +18,16 @@ class Status(StrEnum):
     """The status of a pose, a state or a set of parameters: a text with its ``sentence``.
 
     In arrays of results and in the JSON they are the plain texts.
+
+    Attributes
+    ----------
+    sentence : str
+        What it says of a pose.
+
+    Examples
+    --------
+    >>> md.Status("limit").sentence
+    'a limit position: the pose is certified, rates are infinite'
     """
 
     sentence: str

@@ -72,12 +72,26 @@ def synthesize(
         Called with the number of parts of the paths to all solutions of an exact goal that are
         followed, and of all parts known so far.
 
+    Returns
+    -------
+    SynthesisResult
+        Its ``data`` has the designs, each of them a problem file that is verified.
+
     Raises
     ------
     InputError
         Something in the description or the call is wrong; the folder is of another job.
     SolveError
         A start could not be solved: its worker died again and again.
+
+    Examples
+    --------
+    >>> goal = {"kind": "rocker", "body": "rocker", "swing": 0.8}
+    >>> turned = {"coordinate": "crank.angle"}
+    >>> task = md.Synthesis(turned, goal, free={"crank": [0.02, 0.035]}, starts=2)
+    >>> found = md.synthesize(md.four_bar(0.1, 0.03, 0.12, 0.08), task)
+    >>> round(found.value("designs/0/parameters/crank"), 4)
+    0.0259
     """
     call = JobCall(starts, seed, workers, executor, out, progress, paths)
     whole, named = given(problem, task, set)

@@ -70,12 +70,26 @@ def study(
     progress
         Called with the number of sets that are done, and of all.
 
+    Returns
+    -------
+    StudyResult
+        Its ``table`` has an array (k, ...) for each path, ``status`` (k,) one of each set.
+
     Raises
     ------
     InputError
         Something in the description or the call is wrong; the folder is of another study.
     SolveError
         A file cannot be written: what is finished is kept.
+
+    Examples
+    --------
+    >>> table = md.study(
+    ...     md.four_bar(0.1, 0.04, 0.12, 0.08),
+    ...     sets={"crank": [0.03, 0.04]}, of="turn", outputs=["summary/swing/rocker"],
+    ... ).table
+    >>> table["summary/swing/rocker"].round(4).tolist()
+    [0.9365, 1.2877]
     """
     if isinstance(workers, bool) or not isinstance(workers, int) or workers < 1:
         raise InputError("a whole number above 0 is needed", where="workers")
@@ -125,6 +139,18 @@ def screen(
         As of `study`.
     task
         The sweep that is repeated.
+
+    Returns
+    -------
+    StudyResult
+        Its ``table`` has an array (k, n, ...) for each path: k sets, n poses.
+
+    Examples
+    --------
+    >>> path = "points/rod.C/position"
+    >>> found = md.screen(md.slider_crank(0.1, 0.3), sets={"rod": [0.3, 0.4]}, outputs=[path])
+    >>> found.table[path].shape
+    (2, 361, 2)
     """
     return study(
         problem, Study(certify=False), sets=sets, of=task, outputs=outputs, set=set, units=units,

@@ -49,12 +49,25 @@ def solve(
     progress
         Called with the number of sets of a study that are done, and of all.
 
+    Returns
+    -------
+    Result
+        Of the class of its task: a `SweepResult`, `ReactionsResult`, `MotionResult`, ...
+
     Raises
     ------
     InputError
         Something in the description or the call is wrong.
     SolveError
         The mechanism cannot be assembled at its sketch.
+
+    Examples
+    --------
+    >>> result = md.solve("four-bar-crank-rocker", "turn", poses=5)
+    >>> result.points["coupler.P"].position.shape
+    (5, 2)
+    >>> round(result.value("summary/swing/rocker"), 4)
+    1.2877
     """
     whole, name = chosen(problem, task, set)
     meant = whole.tasks[name]

@@ -59,6 +59,12 @@ class Solver:
     -----
     A solver may be used by several threads at once; they share the kernels and have buffers of
     their own. It is pickled as its problem, task and `vary`.
+
+    Examples
+    --------
+    >>> solver = md.Solver(md.slider_crank(0.1, 0.3), vary=["rod"])
+    >>> solver.poses({"rod": 0.4}, [0.0, 0.5])["points/rod.C/position"].round(4).tolist()
+    [[0.5, 0.0], [0.4849, 0.0]]
     """
 
     def __init__(
@@ -198,13 +204,12 @@ class Solver:
 
         Examples
         --------
-        >>> import mechdae as md
         >>> solver = md.Solver("five-bar-robot", "forward")
         >>> pose = None
         >>> for k in range(3):
         ...     pose = solver.track(pose, [2.2 + 0.01 * k, 0.9])
-        >>> pose.status[0], pose["points/tip.P/position"].round(4).tolist()
-        (np.str_('ok'), [[0.1032, 0.3608]])
+        >>> pose.status.tolist(), pose["points/tip.P/position"].round(4).tolist()
+        (['ok'], [[0.1029, 0.3591]])
         """
         if pose is None:
             node = self._first()

@@ -8,24 +8,24 @@ from tests.shared.paths import ROOT
 
 PACKAGE = ROOT / "mechdae"
 BUDGETS = {
-    "describe": 12_630,  # rare kinds in modules of their own, which most problems do not import
-    "numerics": 4_650,
+    "describe": 13_100,  # rare kinds in modules of their own, which most problems do not import
+    "numerics": 4_690,
     "equations": 7_620,  # what is left out of a scene: rollers, second machines, plane and space
-    "results": 3_520,
+    "results": 3_600,
     "draw": 20_690,  # graphs of motions; texts are measured without matplotlib
     "kernels": 7_450,
-    "motion": 23_060,  # poses of several drivers at the speed of one
+    "motion": 23_070,  # poses of several drivers at the speed of one
     "forces": 4_770,
     "dynamics": 8_050,
     "design": 15_830,
-    "tasks": 2_270,
+    "tasks": 2_360,
     "cli": 1_710,
-    "parts": 29_060,  # what a page teaches by
+    "parts": 29_590,  # what a page teaches by
 }
 """Room -> most lines of its modules; some of them import what annotations name."""
-ALONE = 973
+ALONE = 1100
 """Lines of the modules that stand alone: errors, records, types, additions."""
-TOTAL = 142_250
+TOTAL = 143_600
 LONGEST = 500
 LONGER = {
     "describe/mechanism.py": 570,

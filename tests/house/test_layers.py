@@ -18,7 +18,8 @@ from tests.shared.paths import ROOT
 
 ROOMS = {
     "errors": "",
-    "records": "errors",
+    "docstrings": "",
+    "records": "errors docstrings",
     "types": "",
     "additions": "",
     "numerics": "",
@@ -88,7 +89,7 @@ FREE = ("records", "types", "additions")
 MOST = 20
 """Modules in one folder."""
 LONGEST = 80
-"""Lines of a function."""
+"""Lines of a function, its docstring aside."""
 
 
 def room(module: str) -> str:
@@ -179,7 +180,8 @@ def test_functions_are_short() -> None:
     for path in FILES:
         for node in ast.walk(parsed(path)):
             if isinstance(node, ast.FunctionDef) and node.end_lineno:
-                assert node.end_lineno - node.lineno < LONGEST, f"{path}: {node.name}"
+                said = (ast.get_docstring(node) or "").count("\n") + 1
+                assert node.end_lineno - node.lineno - said < LONGEST, f"{path}: {node.name}"
 
 
 def test_folders_are_small() -> None:

@@ -39,10 +39,25 @@ def families() -> list[str]:
 def new(name: str) -> str:
     """Return the commented text of a template or a predefined problem, to start a file from.
 
+    Parameters
+    ----------
+    name
+        Such as ``"four-bar"``; a name of ``mechdae new`` or ``mechdae list``.
+
+    Returns
+    -------
+    str
+        A problem file, TOML.
+
     Raises
     ------
     UnknownName
         Neither a template nor a predefined problem.
+
+    Examples
+    --------
+    >>> md.new("four-bar").splitlines()[0]
+    'schema = 1'
     """
     known = dict.fromkeys([*families(), *names()])
     if name not in known:

@@ -99,6 +99,16 @@ def chosen(
 def load(name_or_path: str | Path) -> Problem:
     """Return a predefined problem by name, or the one in a TOML file.
 
+    Parameters
+    ----------
+    name_or_path
+        A name of ``mechdae list``, or a path.
+
+    Returns
+    -------
+    Problem
+        With its mechanism, tasks and expected values.
+
     Raises
     ------
     UnknownName
@@ -106,6 +116,11 @@ def load(name_or_path: str | Path) -> Problem:
     ProblemFileError
         The file cannot be read, is too large, is no TOML or breaks the format; the message
         has the file and the key path.
+
+    Examples
+    --------
+    >>> list(md.load("four-bar-crank-rocker").tasks)
+    ['turn', 'modes']
     """
     path = library.find(name_or_path)
     try:

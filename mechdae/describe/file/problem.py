@@ -26,24 +26,53 @@ SETTINGS = "mechdae.describe.file.settings"
 
 @dataclass(frozen=True)
 class Expected(Value):
-    """A value that `check` verifies: path below the task in the JSON, tolerance, source."""
+    """A value that `check` verifies: path below the task in the JSON, tolerance, source.
 
-    task: str = key("text")
-    what: str = key("text")
-    value: Any = key("free")
-    at: Number | None = optional("number")
-    time: Number | None = optional("number")
-    rel: float | None = optional("number")
-    abs: float | None = optional("number")
-    source: str = optional("text", "")
+    Examples
+    --------
+    >>> md.Expected("turn", "summary/swing/rocker", 0.8, rel=1e-9, source="Volmer").what
+    'summary/swing/rocker'
+    """
+
+    task: str = key("text", doc="name of the task")
+    what: str = key("text", doc="path below the task in the JSON, or a named output")
+    value: Any = key("free", doc="the value, or an expression over the parameters")
+    at: Number | None = optional("number", doc="value of the driver, m or rad")
+    time: Number | None = optional("number", doc="in place of at, in s")
+    rel: float | None = optional("number", doc="relative tolerance")
+    abs: float | None = optional("number", doc="absolute tolerance, in SI")
+    source: str = optional("text", "", doc="where the value is from")
 
 
 @dataclass(frozen=True)
 class Problem(Record):
     """One mechanism and any number of named tasks.
 
-    ``pattern`` is kept of a file with repetition, so that sizes can be set; ``notes`` are doubts
-    about what a file says.
+    Parameters
+    ----------
+    mechanism
+        A `Mechanism`.
+    tasks
+        Name -> task.
+    expected
+        `Expected` values that ``mechdae check`` compares.
+    name, title, source
+        Its name in results, what it is called, where its numbers are from.
+    pattern
+        Of a file with repetition: what its sizes are set in.
+    notes
+        Doubts about what a file says.
+
+    Raises
+    ------
+    InputError
+        A task that does not fit the mechanism; the message names the task and the key.
+
+    Examples
+    --------
+    >>> problem = md.Problem(md.load("pendulum").mechanism, {"fall": md.Motion(until=1.0)})
+    >>> problem.task("fall").until
+    1.0
     """
 
     mechanism: Mechanism
@@ -113,7 +142,7 @@ class Problem(Record):
         return changed
 
     def with_values(self, changes: Mapping[str, Number]) -> Problem:
-        """Return the problem with sizes and parameters set.
+        """Return the problem with sizes and parameters set, `changes` by name.
 
         Sizes come first, whatever the order; keys of parameters may carry a unit
         (``phi1_deg``).

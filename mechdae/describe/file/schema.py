@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import Field, fields
+from dataclasses import fields
 from typing import TYPE_CHECKING, Any
 
+from mechdae.describe.field_docs import about
 from mechdae.describe.file.load import SCHEMA, TOP
 from mechdae.describe.file.problem import Expected
 from mechdae.describe.file.reading import NESTED, suffixes
@@ -225,13 +226,6 @@ def _kind(word: str) -> Json:
     return dict(_KINDS[word])
 
 
-def _about(entry: Field[object]) -> str:
-    """Return what a key is, with the unit of its numbers."""
-    text = entry.metadata["doc"] or entry.name.rstrip("_").replace("_", " ")
-    unit = entry.metadata["unit"]
-    return f"{text} [{unit}]" if unit and unit != "1" else text
-
-
 def _object(description: type[Value], skip: tuple[str, ...] = (), kind: str = "") -> Json:
     properties: dict[str, Json] = {"kind": {"const": kind}} if kind else {}
     needed = ["kind"] if kind else []
@@ -241,7 +235,7 @@ def _object(description: type[Value], skip: tuple[str, ...] = (), kind: str = ""
         if entry.name in skip or word is None:
             continue
         name = entry.name.rstrip("_")
-        value = _kind(word) | {"description": _about(entry)}
+        value = _kind(word) | {"description": about(entry)}
         if word in EXAMPLES:
             value["examples"] = [EXAMPLES[word]]
         choices = list(entry.metadata["choices"])

@@ -37,7 +37,26 @@ REST = ("bodies", "joints", "sketch", "loads", "outputs")
 def dump(problem: Problem, path: str | Path) -> None:
     """Write the problem to a TOML file that `load` reads back to an equal problem.
 
-    CSV files of its loads are written beside it.
+    Parameters
+    ----------
+    problem
+        A problem as a value.
+    path
+        Of the file; CSV files of its loads are written into the same folder.
+
+    Returns
+    -------
+    None
+        The file is whole or as before.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> problem = md.slider_crank(0.1, 0.3)
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     md.dump(problem, f"{folder}/crank.toml")
+    ...     md.load(f"{folder}/crank.toml").mechanism == problem.mechanism
+    True
     """
     from mechdae.describe.file.atomic_write import whole_file  # only where files are written
 
@@ -84,7 +103,23 @@ def _with_rows(task: Task) -> Task:
 
 
 def dumps(problem: Problem) -> str:
-    """Return the TOML text of the problem."""
+    """Return the TOML text of the problem.
+
+    Parameters
+    ----------
+    problem
+        A problem as a value.
+
+    Returns
+    -------
+    str
+        What `dump` writes.
+
+    Examples
+    --------
+    >>> md.dumps(md.slider_crank(0.1, 0.3)).splitlines()[0]
+    'schema = 1'
+    """
     lines = [f"schema = {SCHEMA}"]
     for entry in ("title", "source"):
         if getattr(problem, entry):

@@ -35,18 +35,24 @@ class Curve(Joint):
     the body. With ``roller_radius`` the second point is the centre of a roller on the
     ``side`` of growing s: right is outside of a closed curve that runs counter-clockwise.
     Relative coordinate: s, the place of the contact on the curve.
+
+    Examples
+    --------
+    >>> cam = md.Curve("cam", "cam.O", "follower.R", "r*cos(s) + e", "r*sin(s)", closed=True)
+    >>> cam.x
+    'r*cos(s) + e'
     """
 
-    x: Number = key("expression", doc="expression of s and parameters, m", unit="m")
-    y: Number = key("expression", doc="expression of s and parameters, m", unit="m")
+    x: Number = key("expression", doc="expression of s and parameters", unit="m")
+    y: Number = key("expression", doc="expression of s and parameters", unit="m")
     range: NumbersOrNone = optional("pair", doc="first and last s; closed: [0, 2 pi]")
-    closed: bool = optional("flag", False, doc="the curve ends where it begins")
-    roller_radius: Number | None = optional("number", doc="m; absent: a point follower", unit="m")
-    side: str = optional("text", "right", choices=("right", "left"), doc="of the roller")
+    closed: bool = optional("flag", False)
+    roller_radius: Number | None = optional("number", doc="absent: a point follower", unit="m")
+    side: str = optional("text", "right", choices=("right", "left"), doc="of the roller, along s")
     friction: Number | None = optional("number", unit="1")
     one_sided: str | None = optional("text", choices=SIDES, doc=LIES)
     face_width: Number | None = optional("number", doc=WIDE, unit="m")
-    tip_radius: Number | None = optional("number", doc="rounding of a point, m", unit="m")
+    tip_radius: Number | None = optional("number", doc="rounding of a point", unit="m")
     contact_modulus: Number | None = optional("number", doc=STIFF, unit="Pa")
 
     kind: ClassVar[str] = "curve"

@@ -239,7 +239,7 @@ class Joint(Value):
             )
 
 
-WIDE, STIFF = "width of the contact across the plane, m", "2/E' = (1 - nu1^2)/E1 + (1 - nu2^2)/E2"
+WIDE, STIFF = "width of the contact across the plane", "2/E' = (1 - nu1^2)/E1 + (1 - nu2^2)/E2"
 TURN = 2 * math.pi
 SIDES, SENSES = ("left", "right"), ("positive", "negative")
 LIES = "side on which the second body lies, and to which alone the contact pushes it"

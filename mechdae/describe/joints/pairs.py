@@ -13,11 +13,18 @@ from mechdae.records import dataclass, key, optional
 
 @dataclass(frozen=True)
 class Revolute(Joint):
-    """Turning pair: the two points coincide. Relative coordinate: angle."""
+    """Turning pair: the two points coincide. Relative coordinate: angle.
+
+    Examples
+    --------
+    >>> pin = md.Revolute("A", "ground.A", "crank.A", friction=0.1, pin_radius=0.01)
+    >>> pin.first, pin.friction
+    ('ground.A', 0.1)
+    """
 
     friction: Number | None = optional("number", doc="Coulomb coefficient", unit="1")
     friction_static: Number | None = optional("number", unit="1")
-    pin_radius: Number | None = optional("number", doc="m", unit="m")
+    pin_radius: Number | None = optional("number", unit="m")
     face_width: Number | None = optional("number", doc=WIDE, unit="m")
     clearance: Number | None = optional("number", doc="of the pin, radial, m", unit="m")
 
@@ -46,19 +53,23 @@ class Revolute(Joint):
 class Prismatic(Joint):
     """Sliding pair: the block's point on the guide's line, the angle between them fixed.
 
-    ``axis`` is the guide's direction in the first body, ``turn`` the second body's angle
-    less the first's. Relative coordinate: slide, along the axis.
+    Relative coordinate: slide, along ``axis``.
+
+    Examples
+    --------
+    >>> md.Prismatic("guide", "ground.O", "slider.C", axis=0.5, contact_length=0.04).axis
+    0.5
     """
 
     axis: Number = optional(
-        "number", 0.0, doc="direction of the guide in the first body, rad", unit="rad"
+        "number", 0.0, doc="direction of the guide in the first body", unit="rad"
     )
     turn: Number = optional(
-        "number", 0.0, doc="angle of the second less that of the first, rad", unit="rad"
+        "number", 0.0, doc="angle of the second less that of the first", unit="rad"
     )
     friction: Number | None = optional("number", unit="1")
     friction_static: Number | None = optional("number", unit="1")
-    contact_length: Number | None = optional("number", doc="2b, m; absent: long guide", unit="m")
+    contact_length: Number | None = optional("number", doc="2b; absent: a long guide", unit="m")
     one_sided: str | None = optional("text", choices=SIDES, doc=LIES)
     face_width: Number | None = optional("number", doc=WIDE, unit="m")
     clearance: Number | None = optional("number", doc="on each side of the block, m", unit="m")
@@ -87,16 +98,22 @@ class Prismatic(Joint):
 
 @dataclass(frozen=True)
 class PinInSlot(Joint):
-    """Pin of the second body in a straight slot of the first. Coordinates: slide, angle."""
+    """Pin of the second body in a straight slot of the first. Coordinates: slide, angle.
+
+    Examples
+    --------
+    >>> md.PinInSlot("slot", "lever.D", "crank.B", axis="beta/2").axis
+    'beta/2'
+    """
 
     axis: Number = optional(
-        "number", 0.0, doc="direction of the slot in the first body, rad", unit="rad"
+        "number", 0.0, doc="direction of the slot in the first body", unit="rad"
     )
     friction: Number | None = optional("number", unit="1")
-    pin_radius: Number | None = optional("number", doc="m", unit="m")
+    pin_radius: Number | None = optional("number", unit="m")
     one_sided: str | None = optional("text", choices=SIDES, doc=LIES)
     face_width: Number | None = optional("number", doc=WIDE, unit="m")
-    shoe_length: Number | None = optional("number", doc="of a flat shoe on the pin, m", unit="m")
+    shoe_length: Number | None = optional("number", doc="of a flat shoe on the pin", unit="m")
     contact_modulus: Number | None = optional("number", doc=STIFF, unit="Pa")
     clearance: Number | None = optional("number", doc="on each side of the pin, m", unit="m")
 
@@ -116,10 +133,16 @@ class PinInSlot(Joint):
 
 @dataclass(frozen=True)
 class Weld(Joint):
-    """Rigid connection: points coincide, angle between the bodies fixed."""
+    """Rigid connection: points coincide, angle between the bodies fixed.
+
+    Examples
+    --------
+    >>> md.Weld("joint", "arm.B", "plate.B", turn=0.5).turn
+    0.5
+    """
 
     turn: Number = optional(
-        "number", 0.0, doc="angle of the second less that of the first, rad", unit="rad"
+        "number", 0.0, doc="angle of the second less that of the first", unit="rad"
     )
 
     kind: ClassVar[str] = "weld"
@@ -130,11 +153,19 @@ class Weld(Joint):
 
 @dataclass(frozen=True)
 class Distance(Joint):
-    """Massless bar: the two points keep their distance ``length`` [m]."""
+    """Massless bar: the two points keep their distance.
 
-    length: Number = key("number", doc="m", unit="m")
+    Examples
+    --------
+    >>> md.Distance("rope", "crank.B", "load.C", length=0.4, one_sided="pull").length
+    0.4
+    """
+
+    length: Number = key("number", unit="m")
     one_sided: str | None = optional(
-        "text", choices=("pull", "push"), doc="what it can do: a rope, a prop"
+        "text",
+        choices=("pull", "push"),
+        doc="all that it can do: a rope pulls, a prop pushes",
     )
 
     kind: ClassVar[str] = "distance"

@@ -181,11 +181,17 @@ class AxisPair(SpatialJoint):
 
 @dataclass(frozen=True)
 class SpatialRevolute(AxisPair):
-    """Turning pair: points and axes coincide. Relative coordinate: angle."""
+    """Turning pair: points and axes coincide. Relative coordinate: angle.
+
+    Examples
+    --------
+    >>> md.SpatialRevolute("A", "ground.A", "crank.A", axis=[0, 0, 1]).axis
+    (0.0, 0.0, 1.0)
+    """
 
     friction: Number | None = _friction()
     friction_static: Number | None = _at_rest()
-    pin_radius: Number | None = _length("m")
+    pin_radius: Number | None = _length("")
     contact_length: Number | None = _length(PLANES)
     collar_radius: Number | None = _length("mean radius at which an axial force rubs; absent: none")
 
@@ -202,7 +208,13 @@ class SpatialRevolute(AxisPair):
 
 @dataclass(frozen=True)
 class SpatialPrismatic(AxisPair):
-    """Sliding pair: the second point on the axis through the first. Coordinate: slide."""
+    """Sliding pair: the second point on the axis through the first. Coordinate: slide.
+
+    Examples
+    --------
+    >>> md.SpatialPrismatic("guide", "ground.A", "slider.A", axis=[1, 0, 0], friction=0.1).friction
+    0.1
+    """
 
     friction: Number | None = _friction()
     friction_static: Number | None = _at_rest()
@@ -224,10 +236,16 @@ class SpatialPrismatic(AxisPair):
 
 @dataclass(frozen=True)
 class Cylindrical(AxisPair):
-    """Turns about its axis and slides along it. Coordinates: angle, slide."""
+    """Turns about its axis and slides along it. Coordinates: angle, slide.
+
+    Examples
+    --------
+    >>> md.Cylindrical("C", "ground.A", "ram.A", axis=[0, 1, 0]).name
+    'C'
+    """
 
     friction: Number | None = _friction()
-    pin_radius: Number | None = _length("m")
+    pin_radius: Number | None = _length("")
     contact_length: Number | None = _length(PLANES)
 
     kind: ClassVar[str] = "cylindrical"
@@ -247,10 +265,16 @@ class Cylindrical(AxisPair):
 
 @dataclass(frozen=True)
 class Screw(SpatialJoint):
-    """Turns and slides along its axis by ``pitch`` a turn. Coordinates: angle, slide."""
+    """Turns and slides along its axis by ``pitch`` a turn. Coordinates: angle, slide.
+
+    Examples
+    --------
+    >>> md.Screw("spindle", "ground.A", "nut.A", axis=[0, 0, 1], pitch=0.004).pitch
+    0.004
+    """
 
     axis: Numbers = key("direction", doc="direction of the axis in the first body", unit="1")
-    pitch: Number = key("number", doc="m a turn; negative: left-handed", unit="m")
+    pitch: Number = key("number", doc="slide in a whole turn; negative: left-handed", unit="m")
     axis2: NumbersOrNone = _other(AXIS2)
     zero: NumbersOrNone = _other(ZERO)
     zero2: NumbersOrNone = _other(ZERO2)
@@ -280,11 +304,15 @@ class Screw(SpatialJoint):
 
 @dataclass(frozen=True)
 class Universal(SpatialJoint):
-    """Two crossed axes through one point: ``axis`` in the first body, ``axis2`` in the second.
+    """Two crossed axes through one point, the pins of the cross. Coordinates: angle, angle2.
 
-    They are the pins of the cross. The first angle turns the cross about ``axis``, the second one
-    the second body about ``axis2``. ``zero`` is where the second pin lies at angle 0, ``zero2``
-    where the first pin lies, in the second body, at angle2 0. Coordinates: angle, angle2.
+    The first angle turns the cross about ``axis``, the second one the second body about ``axis2``.
+
+    Examples
+    --------
+    >>> joint = md.Universal("U", "shaft.A", "tube.A", axis=[0, 1, 0], axis2=[0, 0, 1])
+    >>> joint.axis2
+    (0.0, 0.0, 1.0)
     """
 
     axis: Numbers = key("direction", doc="direction of the axis in the first body", unit="1")
@@ -293,7 +321,7 @@ class Universal(SpatialJoint):
     zero2: NumbersOrNone = _other("where the first pin lies in the second body at angle2 = 0")
     friction: Number | None = _friction()
     friction_static: Number | None = _at_rest()
-    pin_radius: Number | None = _length("m, of both pins")
+    pin_radius: Number | None = _length("of both pins")
     contact_length: Number | None = _length(PLANES)
     collar_radius: Number | None = _length("mean radius at which an axial force rubs; absent: none")
 
@@ -311,10 +339,16 @@ class Universal(SpatialJoint):
 
 @dataclass(frozen=True)
 class Spherical(SpatialJoint):
-    """Ball joint: the points coincide."""
+    """Ball joint: the points coincide.
+
+    Examples
+    --------
+    >>> md.Spherical("B", "crank.B", "rod.B", friction=0.1, ball_radius=0.01).ball_radius
+    0.01
+    """
 
     friction: Number | None = _friction()
-    ball_radius: Number | None = _length("m; needed for friction")
+    ball_radius: Number | None = _length("radius of the ball, which friction needs")
 
     kind: ClassVar[str] = "spherical"
     rubbed: ClassVar[str] = "ball"
@@ -335,6 +369,11 @@ class PlanarPair(AxisPair):
     """A plane of the second body slides on one of the first. Coordinates: angle, x, y.
 
     ``axis`` is the normal of the planes; x is along ``zero``.
+
+    Examples
+    --------
+    >>> md.PlanarPair("E", "table.A", "foot.A", axis=[0, 0, 1]).axis
+    (0.0, 0.0, 1.0)
     """
 
     one_sided: str | None = optional(
@@ -353,7 +392,13 @@ class PlanarPair(AxisPair):
 
 @dataclass(frozen=True)
 class SpatialWeld(SpatialJoint):
-    """Rigid connection: points and the frames of both sides coincide."""
+    """Rigid connection: points and the frames of both sides coincide.
+
+    Examples
+    --------
+    >>> md.SpatialWeld("W", "arm.B", "plate.B").axis
+    (0.0, 0.0, 1.0)
+    """
 
     axis: Numbers = optional(
         "direction", (0.0, 0.0, 1.0), doc="a direction in the first body", unit="1"
@@ -368,9 +413,9 @@ class SpatialWeld(SpatialJoint):
     keeps_angle: ClassVar[bool] = True
 
 
-MEAN = "mean pitch radius of the first wheel, m; for forces where the axes meet"
+MEAN = "mean pitch radius of the first wheel; for forces where the axes meet"
 PITCH = "pitch point, a point of the carrier; absent: it follows, unless axes cross"
-HELIX = "rad, of the first wheel's teeth at the pitch point; right-handed positive; absent: 0"
+HELIX = "helix angle of the first wheel at the pitch point; right-handed positive; absent: 0"
 
 
 def _check_teeth(joint: Joint, values: Mapping[str, float]) -> None:
@@ -391,6 +436,12 @@ class SpatialGear(Gear):
     axis from the carrier to the wheel: first = ratio * second + phase. Forces act at the pitch
     point: on the line of centres of parallel axes, at ``radius`` on the pitch cones of axes that
     meet, at ``point`` of axes that cross.
+
+    Examples
+    --------
+    >>> bevel = md.SpatialGear("bevel", "pinion.A", "wheel.B", ratio=-2, radius=0.03)
+    >>> bevel.ratio
+    -2.0
     """
 
     radius: Number | None = optional("number", doc=MEAN, unit="m")
@@ -407,12 +458,17 @@ class SpatialRack(Joint):
     """A wheel and a rack on a carrier: slide of the rack = radius * angle of the wheel + phase.
 
     Angle and slide are those of the joints that wheel and rack have on the carrier.
+
+    Examples
+    --------
+    >>> md.SpatialRack("mesh", "wheel.A", "rack.B", radius=0.02, helix=0.3).helix
+    0.3
     """
 
-    radius: Number = key("number", doc="signed, m", unit="m")
+    radius: Number = key("number", doc="signed pitch radius", unit="m")
     carrier: str | None = optional("name")
-    phase: Number = optional("number", 0.0, doc="m", unit="m")
-    pressure_angle: Number = optional("number", PRESSURE_ANGLE, doc="rad", unit="rad")
+    phase: Number = optional("number", 0.0, unit="m")
+    pressure_angle: Number = optional("number", PRESSURE_ANGLE, unit="rad")
     mesh_loss: Number | None = optional("number", doc="share of power", unit="1")
     point: str | None = optional("reference", doc=PITCH)
     helix: Number | None = optional("number", doc=HELIX, unit="rad")

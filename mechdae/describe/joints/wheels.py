@@ -19,20 +19,26 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Gear(Joint):
-    """Gear pair between two wheel centres, on a carrier (absent: the ground).
+    """Gear pair between two wheel centres, on a carrier.
 
     (angle of the first - carrier) = ratio * (angle of the second - carrier) + phase, with
-    unwrapped angles. Either ``ratio`` or ``teeth = [z1, z2]`` with ``mesh``.
+    unwrapped angles. Give ``ratio``, or ``teeth`` and ``mesh``.
+
+    Examples
+    --------
+    >>> mesh = md.Gear("mesh", "pinion.A", "wheel.B", teeth=[20, 50], mesh="external")
+    >>> mesh.teeth
+    (20.0, 50.0)
     """
 
     carrier: str | None = optional("name")
     ratio: Number | None = optional(
-        "number", doc="(w1 - wc) / (w2 - wc); external mesh: < 0", unit="1"
+        "number", doc="(w1 - wc) / (w2 - wc), below 0 of an external mesh", unit="1"
     )
-    teeth: NumbersOrNone = optional("pair", doc="[z1, z2]", unit="1")
-    mesh: str | None = optional("text", choices=("external", "internal"))
-    phase: Number = optional("number", 0.0, doc="rad", unit="rad")
-    pressure_angle: Number = optional("number", PRESSURE_ANGLE, doc="rad", unit="rad")
+    teeth: NumbersOrNone = optional("pair", doc="[z1, z2], with mesh, in place of ratio", unit="1")
+    mesh: str | None = optional("text", choices=("external", "internal"), doc="side of the teeth")
+    phase: Number = optional("number", 0.0, unit="rad")
+    pressure_angle: Number = optional("number", PRESSURE_ANGLE, unit="rad")
     mesh_loss: Number | None = optional("number", doc="share of power", unit="1")
     one_sided: str | None = optional("text", choices=SENSES, doc=TURNS)
     backlash: Number | None = optional("number", doc="along the pitch circle, m", unit="m")
@@ -77,12 +83,18 @@ class Gear(Joint):
 
 @dataclass(frozen=True)
 class Rack(Joint):
-    """Wheel on a rack: travel along ``axis`` of the second body = radius * angle + phase."""
+    """Wheel on a rack: travel along ``axis`` of the second body = radius * angle + phase.
 
-    radius: Number = key("number", doc="signed, m", unit="m")
+    Examples
+    --------
+    >>> md.Rack("mesh", "wheel.O", "rack.A", radius=-0.02).radius
+    -0.02
+    """
+
+    radius: Number = key("number", doc="signed pitch radius", unit="m")
     carrier: str | None = optional("name")
-    axis: Number = optional("number", 0.0, doc="in the second body, rad", unit="rad")
-    phase: Number = optional("number", 0.0, doc="m", unit="m")
+    axis: Number = optional("number", 0.0, doc="of the rack in the second body", unit="rad")
+    phase: Number = optional("number", 0.0, unit="m")
     pressure_angle: Number = optional("number", PRESSURE_ANGLE, unit="rad")
     mesh_loss: Number | None = optional("number", unit="1")
     one_sided: str | None = optional("text", choices=SENSES, doc=TURNS)
@@ -100,16 +112,22 @@ class Rack(Joint):
 
 @dataclass(frozen=True)
 class Belt(Joint):
-    """Belt or chain between two wheels; ``crossed`` reverses the sense."""
+    """Belt or chain between two wheels.
 
-    ratio: Number = key("number", unit="1")
+    Examples
+    --------
+    >>> md.Belt("belt", "motor.A", "shaft.B", ratio=2.5, pretension=300).crossed
+    False
+    """
+
+    ratio: Number = key("number", doc="(w1 - wc) / (w2 - wc) of an open belt, above 0", unit="1")
     carrier: str | None = optional("name")
-    crossed: bool = optional("flag", False)
-    pretension: Number | None = optional("number", doc="of each strand, N", unit="N")
+    crossed: bool = optional("flag", False, doc="the wheels turn in opposite senses")
+    pretension: Number | None = optional("number", doc="of each strand", unit="N")
     radius: Number | None = optional(
-        "number", doc="of the first wheel, m; only forces use it", unit="m"
+        "number", doc="of the first wheel; only forces use it", unit="m"
     )
-    phase: Number = optional("number", 0.0, doc="rad", unit="rad")
+    phase: Number = optional("number", 0.0, unit="rad")
     mesh_loss: Number | None = optional("number", unit="1")
 
     kind: ClassVar[str] = "belt"
@@ -146,14 +164,22 @@ class FrictionWheel(Joint):
 
     radius (angle of the first - carrier - phase) = -+ second_radius (angle of the second -
     carrier), plus for ``contact = "internal"``. It can transmit ``adhesion`` times ``press``.
+
+    Examples
+    --------
+    >>> wheels = md.FrictionWheel("pair", "a.A", "b.B", 0.02, 0.05, press=400, adhesion=0.3)
+    >>> wheels.second_radius
+    0.05
     """
 
-    radius: Number = key("number", doc="of the first wheel, m", unit="m")
-    second_radius: Number = key("number", doc="of the second wheel, m", unit="m")
+    radius: Number = key("number", doc="of the first wheel", unit="m")
+    second_radius: Number = key("number", doc="of the second wheel", unit="m")
     carrier: str | None = optional("name")
-    contact: str = optional("text", "external", choices=("external", "internal"))
-    phase: Number = optional("number", 0.0, doc="rad", unit="rad")
-    press: Number | None = optional("number", doc="force that presses them together, N", unit="N")
+    contact: str = optional(
+        "text", "external", choices=("external", "internal"), doc="side on which they touch"
+    )
+    phase: Number = optional("number", 0.0, unit="rad")
+    press: Number | None = optional("number", doc="force that presses them together", unit="N")
     adhesion: Number | None = optional("number", doc="coefficient of adhesion", unit="1")
 
     kind: ClassVar[str] = "friction-wheel"

@@ -48,29 +48,30 @@ MEASURES = (
 
 @dataclass(frozen=True)
 class Driver(Value):
-    """An imposed coordinate: named values, an interval, the whole assembled arc, or a law.
+    """An imposed coordinate: named values, an interval, the whole assembled arc, or a law of time.
 
-    A ``law`` is an expression of the time ``t``, over the interval ``from_``, ``to`` [s] or at
-    ``times``; with several laws one of them names the times. Among drivers that move, one
-    with a single value ``at`` is held. In a motion a law may be a ``table`` over the time.
+    With several laws one of them names the times. Among drivers that move, one with a single
+    value ``at`` is held. Without ``speed`` rates are per unit of driver speed, the "analogues" of
+    the theory of mechanisms; forces are those of a slow motion then, see `Reactions.quasi_static`.
 
-    ``coordinate`` is ``body.angle``, ``body.point.x|y``, ``joint.angle`` or ``joint.slide``;
-    ``speed``, ``acceleration`` and ``jerk`` are its rates at every pose (default 1, 0 and 0:
-    rates per unit of driver speed, the "analogues" of the theory of mechanisms). Without a speed
-    ``direction`` "negative" moves it the other way; forces are those of a slow motion then, see
-    `Reactions.quasi_static`.
+    Examples
+    --------
+    >>> turn = md.Driver("crank.angle", from_=0, to=6.28, speed=10)
+    >>> law = md.Driver("crank.angle", law="0.4 + sin(3*t)", times=[0, 0.5, 1])
+    >>> law.times
+    (0.0, 0.5, 1.0)
     """
 
-    coordinate: str = key("text")
-    at: NumbersOrNone = optional("numbers")
-    from_: Number | None = optional("number")
-    to: Number | None = optional("number")
-    range: str | None = optional("text", choices=("assembled",))
-    law: str | None = optional("law")
-    times: NumbersOrNone = optional("numbers")
-    speed: Number | None = optional("number")
-    acceleration: Number | None = optional("number")
-    jerk: Number | None = optional("number")
+    coordinate: str = key("text", doc="BODY.angle, BODY.POINT.x, JOINT.angle, JOINT.slide ...")
+    at: NumbersOrNone = optional("numbers", doc="its values, m or rad; one alone holds it")
+    from_: Number | None = optional("number", doc="first value, m or rad; of a law time in s")
+    to: Number | None = optional("number", doc="last value, or time")
+    range: str | None = optional("text", choices=("assembled",), doc="all that can be reached")
+    law: str | None = optional("law", doc="expression of the time t, over from_ and to or at times")
+    times: NumbersOrNone = optional("numbers", doc="times of a law in s")
+    speed: Number | None = optional("number", doc="1 where absent; of forces: a slow motion")
+    acceleration: Number | None = optional("number", doc="0 where absent")
+    jerk: Number | None = optional("number", doc="0 where absent")
     table: TimeTable | None = optional("timetable", doc="a law by rows, in a motion")
     direction: str | None = optional(
         "text", choices=("positive", "negative"), doc="sense of the motion, without a speed"
@@ -215,7 +216,7 @@ class Driven(Task):
     driver: Driver | None = optional("driver")
     drivers: Drivers = optional("drivers")
     outputs: NamesOrNone = optional("names")
-    mode: str | None = optional("text", doc="start on this assembly mode")
+    mode: str | None = optional("text")
 
     on_mode: ClassVar[bool] = True
 
@@ -270,12 +271,22 @@ class Driven(Task):
 
 @dataclass(frozen=True)
 class Sweep(Driven):
-    """Positions, velocities and accelerations along the driver."""
+    """Positions, velocities and accelerations along the driver.
 
-    poses: int | None = optional("whole")
-    derivatives: int = optional("natural", 2)
-    on_change_point: str = optional("text", "continue", choices=("continue", "stop", "switch"))
-    measures: NamesOrNone = optional("names", choices=MEASURES)
+    Examples
+    --------
+    >>> task = md.Sweep(md.Driver("crank.angle", range="assembled"), poses=5)
+    >>> result = md.solve(md.slider_crank(0.1, 0.3), task)
+    >>> result.points["rod.C"].position[:, 0].round(3).tolist()
+    [0.4, 0.283, 0.2, 0.283, 0.4]
+    """
+
+    poses: int | None = optional("whole", doc="number of poses over a range; absent: 361")
+    derivatives: int = optional("natural", 2, doc="0: poses, 1: speeds, 2: accelerations, 3: jerks")
+    on_change_point: str = optional(
+        "text", "continue", choices=("continue", "stop", "switch"), doc="which branch follows"
+    )
+    measures: NamesOrNone = optional("names", choices=MEASURES, doc="what else is read off")
     dwell_tolerance: Number = optional("number", 0.01, doc="share of the swing or stroke")
     find: Finds = optional("finds", doc="where outputs cross a value or are extreme")
 
@@ -292,9 +303,16 @@ class Sweep(Driven):
 
 @dataclass(frozen=True)
 class Modes(Driven):
-    """All assembly modes at one pose of the driver."""
+    """All assembly modes at one pose of the driver.
 
-    limit: int | None = optional("whole")
+    Examples
+    --------
+    >>> task = md.Modes(md.Driver("crank.angle", at=[0.5]))
+    >>> len(md.solve(md.four_bar(0.1, 0.04, 0.12, 0.08), task))
+    2
+    """
+
+    limit: int | None = optional("whole", doc="most modes listed; absent: 1000")
 
     kind: ClassVar[str] = "modes"
     on_mode: ClassVar[bool] = False

@@ -50,27 +50,38 @@ nest("events", Nested("event", {"": Watched}, "events = [{...}]", several=True))
 class Motion(Task):
     """Motion under forces, from t = 0.
 
-    ``start`` and ``start_speed`` hold values of coordinates, what they leave open is taken from
-    the sketch and moves as little as it can; ``drivers`` follow laws of time or are held. The
-    motion is given at the times ``at``, at ``poses`` equal intervals, or at its own steps.
-    ``friction`` "event" (the default) slides and sticks, "smooth" creeps: friction grows like
-    tanh(speed / v_s), omega_s for turning pairs; "none" leaves friction in joints out. ``method``
-    "bdf" and "radau" are for stiff forces, "auto" turns to "bdf" where they are.
+    What ``start`` and ``start_speed`` leave open is taken from the sketch and moves as little as it
+    can; ``drivers`` follow laws of time or are held. The motion is given at the times ``at``, at
+    ``poses`` equal intervals, or at its own steps. Smooth friction grows like tanh(speed / v_s).
+
+    Examples
+    --------
+    >>> task = md.Motion(start={"rod.angle": -1.5}, until=1.0, poses=3)
+    >>> md.solve(md.load("pendulum"), task).bodies["rod"].angle.round(3).tolist()
+    [-1.5, -1.57, -1.642]
     """
 
-    start: NumberTableOrNone = optional("start", doc="coordinate -> value")
-    start_speed: NumberTableOrNone = optional("start", doc="coordinate -> speed")
+    start: NumberTableOrNone = optional("start", doc="coordinate -> value; absent: the sketch")
+    start_speed: NumberTableOrNone = optional("start", doc="coordinate -> speed; absent: at rest")
     drivers: Drivers = optional("drivers")
-    until: Number | None = optional("number", doc="end [s]")
+    until: Number | None = optional("number", doc="time of the end [s]")
     at: NumbersOrNone = optional("numbers", doc="times of output [s]")
     poses: int | None = optional("whole", doc="outputs at equal intervals")
     tolerance: Number | None = optional("number", doc="relative error of a step, 1e-9")
     max_step: Number | None = optional("number", doc="longest step [s]")
-    method: str | None = optional("text", choices=("explicit", "bdf", "radau", "auto"))
-    friction: str | None = optional("text", choices=("event", "smooth", "none"))
+    method: str | None = optional(
+        "text",
+        choices=("explicit", "bdf", "radau", "auto"),
+        doc="bdf and radau: of stiff forces",
+    )
+    friction: str | None = optional(
+        "text", choices=("event", "smooth", "none"), doc="slides and sticks, creeps, or is left out"
+    )
     v_s: Number | None = optional("number", doc="slope speed of smooth friction [m/s]")
     omega_s: Number | None = optional("number", doc="the same of pairs that turn [rad/s]")
-    events: Takes[Sequence[Watched] | None, tuple[Watched, ...] | None] = optional("events")
+    events: Takes[Sequence[Watched] | None, tuple[Watched, ...] | None] = optional(
+        "events", doc="crossings: coordinate, crosses, name, direction, stop"
+    )
     outputs: NamesOrNone = optional("names")
     linearise: Number | None = optional("number", doc="time of the linear system A, B, C, D [s]")
     inputs: NamesOrNone = optional("names", doc="inputs of the linear system")
@@ -109,16 +120,21 @@ class Equilibrium(Task):
     """Static pose under loads, and small motions around it.
 
     It lies on the assembly mode of the sketch, with the coordinates of ``start`` put to their
-    values first, or on the ``mode`` asked for there. ``drivers`` hold coordinates; ``free`` names
-    as many independent coordinates as there are freedoms, in which modes and small motions
-    are told.
+    values first, or on the ``mode`` that is given. ``drivers`` hold coordinates; modes and small
+    motions are in the coordinates ``free``.
+
+    Examples
+    --------
+    >>> task = md.Equilibrium(free=["rod.angle"], start={"rod.angle": -1.5})
+    >>> md.solve(md.load("pendulum"), task).bodies["rod"].angle.round(3).tolist()
+    [-1.571]
     """
 
-    free: NamesOrNone = optional("names")
+    free: NamesOrNone = optional("names", doc="independent coordinates, as many as freedoms")
     start: NumberTableOrNone = optional("start", doc="coordinate -> value near the pose")
     drivers: Drivers = optional("drivers")
-    friction: str | None = optional("text", choices=("none",))
-    mode: str | None = optional("text", doc="on this assembly mode of the free coordinates")
+    friction: str | None = optional("text", choices=("none",), doc="left out")
+    mode: str | None = optional("text")
     linearise: bool = optional("flag", False, doc="frequencies, damping, shapes; A, B, C, D")
     inputs: NamesOrNone = optional("names", doc="inputs of the linear system")
     outputs: NamesOrNone = optional("names")

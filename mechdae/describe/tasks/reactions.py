@@ -16,19 +16,36 @@ if TYPE_CHECKING:
 class Reactions(Sweep):
     """Joint reactions, friction losses and efforts along a sweep.
 
-    ``friction`` "coupled" lets friction act on the reactions it comes from, "article" leaves
-    them as they are without it, "none" leaves it out. ``direction`` "load" turns resistances
-    round, so that they push along the motion and the driver takes the power out.
+    Examples
+    --------
+    >>> result = md.solve("slider-crank-friction", "cycle", poses=5)
+    >>> result.efforts["crank.angle"].round(2).tolist()
+    [4.32, 108.43, 3.32, 21.66, 0.86]
     """
 
-    friction: str = optional("text", "coupled", choices=("none", "article", "coupled"))
+    friction: str = optional(
+        "text", "coupled", choices=("none", "article", "coupled"),
+        doc="acts on the reactions it comes from, leaves them as without it, or is left out",
+    )  # fmt: skip
     friction_radius: str = optional(
-        "text", "exact", choices=("exact", "article"), doc="r sin(atan f), or r f"
+        "text",
+        "exact",
+        choices=("exact", "article"),
+        doc="r sin(atan f), or r f",
     )
     cycle: bool = optional("flag", False, doc="mean powers and efficiency over the sweep")
-    direction: str = optional("text", "driver", choices=("driver", "load", "both"))
-    parts: NamesOrNone = optional("names", choices=("static", "inertial"))
-    axes: NamesOrNone = optional("names", choices=("body", "radial"))
+    direction: str = optional(
+        "text",
+        "driver",
+        choices=("driver", "load", "both"),
+        doc="load: resistances push",
+    )
+    parts: NamesOrNone = optional(
+        "names", choices=("static", "inertial"), doc="efforts that are given apart too"
+    )
+    axes: NamesOrNone = optional(
+        "names", choices=("body", "radial"), doc="further axes that reactions are given in"
+    )
 
     kind: ClassVar[str] = "reactions"
     holds: ClassVar[tuple[str, ...]] = ("poses", "path", "rates")

@@ -20,7 +20,16 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Study(Task):
-    """A task over a grid of parameters (``vary``) or over sets of them (``samples``)."""
+    """A task over a grid of parameters (``vary``) or over sets of them (``samples``).
+
+    Examples
+    --------
+    >>> grid, outputs = {"crank": (0.03, 0.05, 3)}, ["summary/swing/rocker"]
+    >>> study = md.Study(vary=grid, of="turn", outputs=outputs)
+    >>> result = md.solve(md.four_bar(0.1, 0.04, 0.12, 0.08).with_task("map", study), "map")
+    >>> result.table["summary/swing/rocker"].round(3).tolist()
+    [0.937, 1.288, 1.699]
+    """
 
     vary: Mapping[str, Sequence[Number]] | None = optional(
         "grid", doc="name -> [from, to, count]; all combinations"
@@ -28,7 +37,7 @@ class Study(Task):
     samples: Mapping[str, Sequence[Number]] | None = optional(
         "lists", doc="name -> [values], as many for each name"
     )
-    of: str | None = optional("text", doc="the sweep, motion or equilibrium repeated")
+    of: str | None = optional("text", doc="the task that is repeated, by its name")
     outputs: NamesOrNone = optional("names", doc="paths below that task in the JSON")
     certify: bool = optional("flag", True, doc="false: dyads in closed form, without certificates")
 
@@ -52,9 +61,17 @@ class Study(Task):
 
 @dataclass(frozen=True)
 class Sensitivity(Task):
-    """Derivatives of outputs with respect to parameters, and what tolerances do to them."""
+    """Derivatives of outputs with respect to parameters, and what tolerances do to them.
 
-    of: str | None = optional("text", doc="the sweep, reactions, motion or equilibrium task")
+    Examples
+    --------
+    >>> task = md.Sensitivity(of="turn", outputs=["summary/swing/rocker"], wrt=["crank"])
+    >>> result = md.solve(md.four_bar(0.1, 0.04, 0.12, 0.08), task)
+    >>> round(result.value("derivatives")["summary/swing/rocker"]["crank"], 2)
+    37.26
+    """
+
+    of: str | None = optional("text", doc="the task, by its name")
     outputs: NamesOrNone = optional("names", doc="paths below that task in the JSON")
     wrt: NamesOrNone = optional("names", doc="parameters and automatic names")
     order: int = optional("whole", 1, doc="1, or 2 for second derivatives too")

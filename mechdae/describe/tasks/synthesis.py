@@ -46,13 +46,21 @@ C = TypeVar("C", bound=Constraint)
 
 @dataclass(frozen=True)
 class Synthesis(Task):
-    """Dimensions that do what is asked for."""
+    """Dimensions that do what goals and constraints say.
 
-    driver: Turned | None = optional("turned")
+    Examples
+    --------
+    >>> goal = {"kind": "rocker", "body": "rocker", "swing": 0.8}
+    >>> task = md.Synthesis({"coordinate": "crank.angle"}, goal, free={"crank": [0.02, 0.06]})
+    >>> task.goal.swing
+    0.8
+    """
+
+    driver: Turned | None = optional("turned", doc="what turns, and its range")
     goal: GoalDescription | None = optional("goal")
-    goals: Goals = optional("goals")
+    goals: Goals = optional("goals", doc="several goals with weights")
     objectives: Goals = optional(
-        "objectives", doc="two or three goals whose best compromises are sought, a front"
+        "objectives", doc="two or three goals: the designs are their Pareto front"
     )
     reference: NumbersOrNone = optional(
         "numbers", doc="worst value of each objective that a front is measured from"
@@ -61,13 +69,13 @@ class Synthesis(Task):
         "freedoms", doc="name -> [low, high], { ratios }, or { point, polygon or disc }"
     )
     constraints: Takes[Sequence[Constraint] | None, tuple[Constraint, ...] | None] = optional(
-        "constraints"
+        "constraints", doc="kinds and keys, such as a full turn"
     )
-    starts: int | None = optional("whole")
+    starts: int | None = optional("whole", doc="starts of the search; absent: 40")
     seed: int | None = optional("natural")
     keep: int | None = optional("whole", doc="designs that are reported, 5; of a front points, 12")
     robust: Number | None = optional(
-        "number", unit="1", doc="standard deviations by tolerances added to what is least"
+        "number", unit="1", doc="standard deviations by tolerances that count in the goal"
     )
     tolerances: Mapping[str, Number] | None = optional("coordinates", doc="name -> half width")
 

@@ -57,11 +57,23 @@ def from_loops(
     rest
         Other fields of `Mechanism`: loads, outputs, gravity.
 
+    Returns
+    -------
+    Mechanism
+        Links, pins and slides of the loops, with what was given besides.
+
     Raises
     ------
     InputError
         Loops that do not close or do not hang together, vectors that contradict each other; the
         message names the key.
+
+    Examples
+    --------
+    >>> vectors = [md.Vector("crank", 0.1), md.Vector("rod", 0.3), md.Vector("slide", angle=0)]
+    >>> mechanism = md.from_loops(vectors, {"loop": ["crank", "rod", "-slide"]})
+    >>> list(mechanism.joints)
+    ['crank_tail', 'crank_head', 'rod_head', 'slide_slide']
     """
     closure = Closure(
         by_name(vectors),

@@ -47,6 +47,11 @@ def loops_of(problem: Source, *, set: Mapping[str, Number] | None = None) -> Pro
     set
         Numbers to change, as of `md.solve`.
 
+    Returns
+    -------
+    Problem
+        With the same motion.
+
     Raises
     ------
     InputError
@@ -56,7 +61,6 @@ def loops_of(problem: Source, *, set: Mapping[str, Number] | None = None) -> Pro
 
     Examples
     --------
-    >>> import mechdae as md
     >>> loops = md.loops_of(md.load("four-bar-crank-rocker"))
     >>> loops.mechanism.closure.loops["loop_1"]
     ('crank', 'coupler', '-rocker', '-ground_AD')

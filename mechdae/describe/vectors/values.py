@@ -22,26 +22,30 @@ class Vector(Value):
     ``from`` and ``to`` make it the segment between two points of one body. A vector of unknown
     length slides: its head is a block with a pin of its own, or a pin in the slot itself. ``axis``
     and ``block_axis`` turn the frames of the link and of the block that are called after it.
+
+    Examples
+    --------
+    >>> crank, slot = md.Vector("crank", length=0.08), md.Vector("slot")
+    >>> crank.slides, slot.slides
+    (False, True)
     """
 
     name: str = key("name")
-    length: Number | None = optional("number", doc="m; absent: unknown or driven", unit="m")
-    angle: Number | None = optional(
-        "number", doc="from x, rad; absent: unknown or driven", unit="rad"
-    )
-    elevation: Number | None = optional("number", doc="in space, out of x-z, rad", unit="rad")
-    azimuth: Number | None = optional("number", doc="in space, from x to z, rad", unit="rad")
-    along: str | None = optional("name", doc="vector of the same direction")
-    offset: Number | None = optional("number", doc="angle from that vector, rad", unit="rad")
-    axis: Number | None = optional("number", doc="direction in its link's frame, rad", unit="rad")
-    block_axis: Number | None = optional("number", doc="the same of its block, rad", unit="rad")
+    length: Number | None = optional("number", doc="absent: unknown or driven", unit="m")
+    angle: Number | None = optional("number", doc="from x; absent: unknown or driven", unit="rad")
+    elevation: Number | None = optional("number", doc="in space, out of x-z", unit="rad")
+    azimuth: Number | None = optional("number", doc="in space, from x to z", unit="rad")
+    along: str | None = optional("name", doc="vector of the same link with the same direction")
+    offset: Number | None = optional("number", doc="angle from that vector", unit="rad")
+    axis: Number | None = optional("number", doc="direction in its link's frame", unit="rad")
+    block_axis: Number | None = optional("number", doc="the same of its block", unit="rad")
     from_: str | None = optional("reference", doc="tail: point of a body")
     to: str | None = optional("reference", doc="head: point of the same body")
-    pair: str = optional("text", "block", choices=PAIRS, doc="of a vector of unknown length")
+    pair: str = optional("text", "block", choices=PAIRS, doc="how an unknown length slides")
     friction: Number | None = optional("number", doc="in its sliding pair", unit="1")
     friction_static: Number | None = optional("number", unit="1")
-    contact_length: Number | None = optional("number", doc="of its block, m", unit="m")
-    pin_radius: Number | None = optional("number", doc="of a pin in the slot, m", unit="m")
+    contact_length: Number | None = optional("number", doc="of its block", unit="m")
+    pin_radius: Number | None = optional("number", doc="of a pin in the slot", unit="m")
     one_sided: str | None = optional("text", choices=SIDES, doc="side of the pin or block")
     parallel: bool = optional("flag", False, doc="a guide keeps its link in its direction")
 
@@ -97,13 +101,19 @@ class Vector(Value):
 
 @dataclass(frozen=True)
 class Node(Value):
-    """A name for the head or the tail of a vector: its point and its turning joint."""
+    """A name for the head or the tail of a vector: its point and its turning joint.
+
+    Examples
+    --------
+    >>> md.Node("A", at="crank.head", friction=0.1, pin_radius=0.008).at
+    'crank.head'
+    """
 
     name: str = key("name")
     at: str = key("reference", doc="VECTOR.head or VECTOR.tail")
     friction: Number | None = optional("number", doc="in its pins", unit="1")
     friction_static: Number | None = optional("number", unit="1")
-    pin_radius: Number | None = optional("number", doc="m", unit="m")
+    pin_radius: Number | None = optional("number", unit="m")
 
 
 @dataclass(frozen=True)

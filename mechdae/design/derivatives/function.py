@@ -117,6 +117,14 @@ def function(
     InputError
         An input or a path twice, or two with the same name in casadi's alphabet; a coordinate
         that the task named does not drive.
+
+    Examples
+    --------
+    >>> position = md.function(
+    ...     md.slider_crank(0.1, 0.3), inputs=["crank.angle"], outputs=["points/rod.C/position"]
+    ... )
+    >>> [round(float(x), 4) for x in position(0.5).full().ravel()]
+    [0.3839, 0.0]
     """
     inputs, outputs = _names(inputs, "inputs"), _names(outputs, "outputs")
     _tell_apart([*inputs, *outputs])

@@ -39,6 +39,14 @@ class Arm:
         (4, 4): the first joint's frame in the world, the tool in the last joint's frame.
     names
         Of the joints.
+
+    Examples
+    --------
+    >>> half = 1.5707963267948966
+    >>> rows = [(0, half, 0.16), (-0.43, 0, 0), (-0.39, 0, 0)]
+    >>> arm = md.Arm([*rows, (0, half, 0.13), (0, -half, 0.1), (0, 0, 0.1)])
+    >>> arm.forward([0.3, -1.2, 1.5, -0.4, 0.9, 0.2])[:3, 3].round(3).tolist()
+    [-0.532, -0.366, 0.354]
     """
 
     links: Matrix

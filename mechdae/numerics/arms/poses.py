@@ -132,10 +132,24 @@ def arm_poses(
     ArmPoses or ArmPosesOfMany
         Of one place or of many; there a target that is no place, or out of reach, has its status.
 
+    Notes
+    -----
+    General arms have at most 16 poses, the eigenvalues of an eliminant: Raghavan and Roth (1993),
+    Manocha and Canny (1994). Arms with parallel or meeting axes have closed forms.
+
     Raises
     ------
     InputError
         The numbers are no arm, the one target no place, or the arm's hand moves with five freedoms.
+
+    Examples
+    --------
+    >>> half = 1.5707963267948966
+    >>> rows = [(0, half, 0.16), (-0.43, 0, 0), (-0.39, 0, 0)]
+    >>> arm = md.Arm([*rows, (0, half, 0.13), (0, -half, 0.1), (0, 0, 0.1)])
+    >>> poses = md.arm_poses(arm, arm.forward([0.3, -1.2, 1.5, -0.4, 0.9, 0.2]))
+    >>> poses.status, len(poses.angles)
+    ('ok', 8)
     """
     whole = arm if isinstance(arm, Arm) else Arm(arm)  # type: ignore[arg-type]
     try:

@@ -294,6 +294,30 @@ def platform_poses(
         Points (6, 3), each in its own body [m].
     legs
         Their distances (6,) [m].
+
+    Returns
+    -------
+    PlatformPoses
+        ``position`` (n, 3) [m] and ``quaternion`` (n, 4) of the n real poses; ``proven`` where all
+        40 complex solutions are certified.
+
+    Raises
+    ------
+    InputError
+        Not six points or legs, a leg whose length is not above 0.
+
+    Notes
+    -----
+    There are at most 40 complex poses: M. Raghavan, ASME J. Mech. Des. 115 (1993).
+
+    Examples
+    --------
+    >>> base = [[1, 0, 0], [0.6, 0.9, 0.1], [-0.5, 0.8, 0], [-1, 0.1, 0.2], [-0.4, -0.9, 0]]
+    >>> top = [[0.5, 0.1, 0], [0.2, 0.5, 0], [-0.3, 0.4, 0.1], [-0.5, 0, 0], [-0.2, -0.4, 0]]
+    >>> legs = [1.3, 1.2, 1.25, 1.3, 1.2, 1.35]
+    >>> poses = md.platform_poses([*base, [0.7, -0.6, 0]], [*top, [0.3, -0.5, 0.1]], legs)
+    >>> poses.regular, len(poses.position)
+    (40, 6)
     """
     a, b, lengths = (np.asarray(given, float) for given in (base, platform, legs))
     if a.shape != (6, 3) or b.shape != (6, 3) or lengths.shape != (6,):

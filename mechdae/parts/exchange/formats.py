@@ -59,6 +59,12 @@ class Exported:
     files
         Texts by what is put behind the name of the file: "" is the file itself; without a point
         it takes the place of the name's ending.
+
+    Examples
+    --------
+    >>> files = md.export(md.four_bar(0.1, 0.04, 0.12, 0.08), format="urdf")
+    >>> files.format, files.text[:5]
+    ('urdf', '<?xml')
     """
 
     format: str
@@ -71,6 +77,13 @@ class Exported:
 
     def save(self, path: str | Path, overwrite: bool = False) -> list[Path]:
         """Write all files, or none of them.
+
+        Parameters
+        ----------
+        path
+            Of the first file; others stand next to it.
+        overwrite
+            Whether files may be there already.
 
         Returns
         -------
@@ -148,6 +161,11 @@ def export(
         ``pose`` of a drawing, from 0; ``tolerance`` of the polynomials of a URDF; of parts
         ``width``, ``thickness``, ``pin`` (diameter), ``clearance``, ``air`` and ``kerf`` [m].
 
+    Returns
+    -------
+    Exported
+        The text of each file; ``save`` writes them.
+
     Raises
     ------
     UnknownName
@@ -156,6 +174,12 @@ def export(
         Something that the format cannot hold, by name.
     SolveError
         The mechanism does not assemble.
+
+    Examples
+    --------
+    >>> files = md.export(md.four_bar(0.1, 0.04, 0.12, 0.08), format="urdf")
+    >>> files.text.splitlines()[0]
+    '<?xml version="1.0"?>'
     """
     check_format(format)
     cut = ("width", "thickness", "pin", "clearance", "air", "kerf")

@@ -21,10 +21,25 @@ def read_drawing(path: str | Path, **options: tuple[tuple[float, float]]) -> Pro
     **options
         ``unit`` of a sketch or assembly, ``ground``: places of fixed pins of a sketch, in its unit.
 
+    Returns
+    -------
+    Problem
+        Sketched as drawn, with a sweep of its driver.
+
     Raises
     ------
     InputError
         A file that holds no mechanism, a joint that has no counterpart, by name.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = f"{folder}/bar.dxf"
+    ...     _ = md.export(md.four_bar(0.1, 0.04, 0.12, 0.08), format="dxf").save(path)
+    ...     problem = md.read_drawing(path)
+    >>> list(problem.mechanism.joints)
+    ['A', 'B', 'C', 'D']
     """
     return with_remarks(path, **options)[0]
 

@@ -36,15 +36,25 @@ POSES = 181
 
 
 def build(units: str = "m", title: str = "") -> DrawnMechanism:
-    """Return a builder: bodies and joints by places in one drawn pose, all in `units`.
+    """Return a builder: bodies and joints by places in one drawn pose.
+
+    Parameters
+    ----------
+    units, title
+        As of `DrawnMechanism`.
+
+    Returns
+    -------
+    DrawnMechanism
+        Still without bodies.
 
     Examples
     --------
-    >>> m = md.build(units="mm,deg")
-    >>> m.body("crank").body("rod").body("slider")
-    >>> m.pin("O", "ground", "crank", at=(0, 0)).pin("B", "crank", "rod", at=(30, 40))
-    >>> m.pin("C", "rod", "slider", at=(150, 0)).slide("guide", "ground.O", "slider.C")
-    >>> m.solve()
+    >>> m = md.build(units="mm,deg").body("crank").body("rod").body("slider")
+    >>> m = m.pin("O", "ground", "crank", at=(0, 0)).pin("B", "crank", "rod", at=(30, 40))
+    >>> m = m.pin("C", "rod", "slider", at=(150, 0)).slide("guide", "ground.O", "slider.C")
+    >>> len(m.solve(poses=5))
+    5
     """
     return DrawnMechanism(units, title)
 
@@ -52,7 +62,8 @@ def build(units: str = "m", title: str = "") -> DrawnMechanism:
 class DrawnMechanism:
     """Bodies and joints of a planar mechanism by places in one drawn pose.
 
-    Every method returns the builder. In a notebook it shows itself, complete or not.
+    Every method that adds something returns the builder. In a notebook it shows itself,
+    complete or not.
 
     Parameters
     ----------
@@ -60,6 +71,13 @@ class DrawnMechanism:
         Units of all numbers: ``"mm,deg"``.
     title
         What the mechanism is called in pictures.
+
+    Examples
+    --------
+    >>> arm = md.DrawnMechanism("mm,deg").body("arm", P=(100, 50))
+    >>> arm = arm.pin("O", "ground", "arm", at=(0, 0)).drive("arm", 0, 90)
+    >>> arm.missing()
+    []
     """
 
     def __init__(self, units: str = "m", title: str = "") -> None:
@@ -80,9 +98,9 @@ class DrawnMechanism:
     # -- what it is made of ------------------------------------------------------------------
 
     def body(self, name: str, *, mass: float | None = None, **points: Place) -> DrawnMechanism:
-        """Add a body, or points to one: ``m.body("coupler", P=(60, 80))``.
+        """Add the body `name`, or points to it: ``m.body("coupler", P=(60, 80))``.
 
-        A mass is that of a point, the body's first one.
+        A `mass` is that of a point, the body's first one.
         """
         self._places.setdefault(name, {})
         for point, place in points.items():
@@ -92,7 +110,7 @@ class DrawnMechanism:
         return self
 
     def pin(self, name: str, first: str, second: str, at: Place | None = None) -> DrawnMechanism:
-        """Join two bodies by a pin at a place, or at a point that one of them has already.
+        """Join two bodies by the pin `name` at a place, or at a point that one of them has already.
 
         `first` and `second` are bodies, ``"crank"``, or their points, ``"crank.B"``; without a
         point it is called as the joint.
@@ -100,7 +118,7 @@ class DrawnMechanism:
         return self._add(Revolute(name, *self._ends(name, first, second, at)))
 
     def weld(self, name: str, first: str, second: str, at: Place | None = None) -> DrawnMechanism:
-        """Make two bodies one, as they are drawn."""
+        """Make two bodies one, as they are drawn; `name`, `first`, `second`, `at` as of `pin`."""
         return self._add(Weld(name, *self._ends(name, first, second, at)))
 
     def slide(
@@ -108,7 +126,8 @@ class DrawnMechanism:
     ) -> DrawnMechanism:
         """Guide the second body along a line of the first through a place; `angle` as drawn.
 
-        Points that are there already may be apart, along the line: the slide is their distance.
+        `name`, `first`, `second`, `at` are as of `pin`. Points that are there already may be apart,
+        along the line: the slide is their distance.
         """
         turned = angle / self._angle
         ends = self._end(name, first), self._end(name, second)
@@ -131,8 +150,8 @@ class DrawnMechanism:
     ) -> DrawnMechanism:
         """Put a cylinder between two points; it is driven unless another driver is named.
 
-        Its length is ``NAME.slide``; with a `bore` the output ``NAME_pressure`` [Pa] is what tasks
-        of forces find it needs.
+        `first` and `second` are points, ``"lever.A"``. With its `name` its length is
+        ``NAME.slide``; with a `bore` the output ``NAME_pressure`` [Pa] is what forces need.
         """
         ends = [self._end(name, point) for point in (first, second)]
         places = [self._known(end) for end in ends]
@@ -163,7 +182,10 @@ class DrawnMechanism:
         return self._add(joint)
 
     def force(self, name: str, point: str, value: Place) -> DrawnMechanism:
-        """Let a force act at a point, in the axes of the drawing."""
+        """Let a force of the `value` (x, y) act at a `point`, in the axes of the drawing.
+
+        `name` is what results call it.
+        """
         x, y = (float(part) / self._force for part in value)
         self._forces[name] = Force(name, self._end(name, point), (x, y))
         return self
@@ -175,7 +197,10 @@ class DrawnMechanism:
         end: float | None = None,
         speed: float | None = None,
     ) -> DrawnMechanism:
-        """Drive a body's angle or a joint's slide, from `start` to `end` or all that assembles."""
+        """Drive a body's angle or a joint's slide, from `start` to `end` or all that assembles.
+
+        `coordinate` is the name of the body or joint; `speed` its rate, 1 rad/s or m/s without one.
+        """
         if coordinate in self._places:
             coordinate = f"{coordinate}.angle"
         elif coordinate in self._joints:
@@ -218,7 +243,7 @@ class DrawnMechanism:
         return Problem(mechanism, Table(tasks), title=self.title)
 
     def solve(self, task: str | None = None, **options: Any) -> Result:
-        """Return ``md.solve`` of the problem."""
+        """Return ``md.solve`` of the problem: `task` is the name of one, `options` its keywords."""
         return solve(self.problem(), task, **options)
 
     def missing(self) -> list[str]:

@@ -39,6 +39,11 @@ def four_bar(
         Other parameters of the file that ``md.new("four-bar")`` shows: ``px``, ``py`` of the
         coupler point P, ``omega``.
 
+    Returns
+    -------
+    Problem
+        Bodies crank, coupler, rocker; joints A, B, C, D.
+
     Raises
     ------
     InputError
@@ -47,7 +52,10 @@ def four_bar(
 
     Examples
     --------
-    >>> result = md.solve(md.four_bar(100, 40, 120, 80, units="mm,deg"))
+    >>> problem = md.four_bar(100, 40, 120, 80, units="mm,deg")
+    >>> result = md.solve(problem, poses=5)
+    >>> round(result.value("summary/swing/rocker"), 4)
+    1.2877
     """
     sizes = {"ground": ground, "crank": crank, "coupler": coupler, "rocker": rocker}
     return _model("four-bar", units, sizes, more)
@@ -58,8 +66,30 @@ def slider_crank(
 ) -> Problem:
     """Return a slider-crank, its crank driven over all angles at which it assembles.
 
-    ``crank`` is OB, ``rod`` BC, ``offset`` that of the guide from O; the rest is as for
-    `four_bar`.
+    Parameters
+    ----------
+    crank, rod
+        Lengths OB, BC.
+    offset
+        Distance of the guide from O, to the left of its sense.
+    units, more
+        As of `four_bar`.
+
+    Returns
+    -------
+    Problem
+        Bodies crank, rod, slider; its guide lies along x.
+
+    Raises
+    ------
+    InputError
+        As of `four_bar`.
+
+    Examples
+    --------
+    >>> result = md.solve(md.slider_crank(0.1, 0.3), poses=5)
+    >>> round(result.value("summary/stroke/guide"), 4)
+    0.2
     """
     return _model("slider-crank", units, {"crank": crank, "rod": rod, "offset": offset}, more)
 
@@ -69,7 +99,28 @@ def inverted_slider_crank(
 ) -> Problem:
     """Return a crank whose pin slides in a link that swings, or turns where ``crank > ground``.
 
-    ``ground`` is the distance of the two pivots; the rest is as for `four_bar`.
+    Parameters
+    ----------
+    ground, crank
+        Distance of the two pivots, length of the crank.
+    units, more
+        As of `four_bar`.
+
+    Returns
+    -------
+    Problem
+        With the driven crank.
+
+    Raises
+    ------
+    InputError
+        As of `four_bar`.
+
+    Examples
+    --------
+    >>> result = md.solve(md.inverted_slider_crank(0.2, 0.1), poses=5)
+    >>> {name: round(float(swing), 4) for name, swing in result.summary["swing"].items()}
+    {'crank': 6.2832, 'link': 1.0472}
     """
     return _model("quick-return", units, {"ground": ground, "crank": crank}, more)
 
@@ -80,8 +131,28 @@ def five_bar(
 ) -> Problem:  # fmt: skip
     """Return a five-bar linkage, two cranks that place a point, at one pose.
 
-    ``left`` and ``right`` are the cranks AB and ED, the rods meet in P; ``left_angle`` and
-    ``right_angle`` may be given too. The rest is as for `four_bar`.
+    Parameters
+    ----------
+    ground, left, left_rod, right_rod, right
+        Lengths AE, AB, BP, DP, ED; the rods meet in P.
+    units, more
+        As of `four_bar`, also ``left_angle`` and ``right_angle`` of the pose.
+
+    Returns
+    -------
+    Problem
+        With both cranks driven.
+
+    Raises
+    ------
+    InputError
+        As of `four_bar`.
+
+    Examples
+    --------
+    >>> problem = md.five_bar(0.1, 0.06, 0.1, 0.1, 0.06, left_angle=2.0, right_angle=1.0)
+    >>> md.solve(problem).status.tolist()
+    ['ok']
     """
     sizes = {"ground": ground, "left": left, "left_rod": left_rod}
     return _model("five-bar", units, sizes | {"right_rod": right_rod, "right": right}, more)
@@ -93,8 +164,34 @@ def watt(
 ) -> Problem:  # fmt: skip
     """Return Watt's six-bar: a four-bar, and EG and FG between its coupler and its rocker.
 
-    E is at ``(ex, ey)`` in the coupler, from B along BC, F at ``(fx, fy)`` in the rocker, from D
-    along DC; ``link`` is EG, ``arm`` FG. The rest is as for `four_bar`.
+    Parameters
+    ----------
+    ground, crank, coupler, rocker
+        Lengths of the four-bar ABCD, as of `four_bar`.
+    ex, ey
+        E in the coupler, from B along BC.
+    fx, fy
+        F in the rocker, from D along DC.
+    link, arm
+        Lengths EG, FG.
+    units, more
+        As of `four_bar`.
+
+    Returns
+    -------
+    Problem
+        With the driven crank.
+
+    Raises
+    ------
+    InputError
+        As of `four_bar`.
+
+    Examples
+    --------
+    >>> problem = md.watt(0.1, 0.04, 0.12, 0.08, 0.06, 0.05, 0.05, -0.03, 0.1, 0.09)
+    >>> len(md.solve(problem, poses=5))
+    5
     """
     sizes = {"ground": ground, "crank": crank, "coupler": coupler, "rocker": rocker}
     dyad = {"ex": ex, "ey": ey, "fx": fx, "fy": fy, "link": link, "arm": arm}
@@ -107,8 +204,34 @@ def stephenson(
 ) -> Problem:  # fmt: skip
     """Return Stephenson's six-bar: a four-bar, and EF and GF between its coupler and the ground.
 
-    E is at ``(ex, ey)`` in the coupler, from B along BC, the fixed pin G at ``(gx, gy)`` from A
-    along AD; ``link`` is EF, ``lever`` GF. The rest is as for `four_bar`.
+    Parameters
+    ----------
+    ground, crank, coupler, rocker
+        Lengths of the four-bar ABCD, as of `four_bar`.
+    ex, ey
+        E in the coupler, from B along BC.
+    gx, gy
+        The fixed pin G, from A along AD.
+    link, lever
+        Lengths EF, GF.
+    units, more
+        As of `four_bar`.
+
+    Returns
+    -------
+    Problem
+        With the driven crank.
+
+    Raises
+    ------
+    InputError
+        As of `four_bar`.
+
+    Examples
+    --------
+    >>> problem = md.stephenson(0.1, 0.04, 0.12, 0.08, 0.06, 0.05, 0.2, 0.05, 0.15, 0.1)
+    >>> len(md.solve(problem, poses=5))
+    5
     """
     sizes = {"ground": ground, "crank": crank, "coupler": coupler, "rocker": rocker}
     dyad = {"ex": ex, "ey": ey, "gx": gx, "gy": gy, "link": link, "lever": lever}
@@ -121,9 +244,32 @@ def rssr(
 ) -> Problem:  # fmt: skip
     """Return a spatial four-bar: crank and rocker about two axes, a bar with balls between them.
 
-    ``ground`` is the distance of the axes along their common normal, ``twist`` the angle between
-    them; ``crank_offset`` and ``rocker_offset`` along the axes may be given too. The rest is as
-    for `four_bar`.
+    Parameters
+    ----------
+    ground
+        Distance of the axes along their common normal.
+    crank, coupler, rocker
+        Lengths of the crank, the bar and the rocker.
+    twist
+        Angle between the axes, a right angle where it is not given [rad].
+    units, more
+        As of `four_bar`, also ``crank_offset`` and ``rocker_offset`` along the axes.
+
+    Returns
+    -------
+    Problem
+        In space, with the driven crank.
+
+    Raises
+    ------
+    InputError
+        As of `four_bar`.
+
+    Examples
+    --------
+    >>> result = md.solve(md.rssr(1.0, 0.3, 1.1, 0.8), poses=5)
+    >>> result.status.tolist()
+    ['ok', 'ok', 'ok', 'ok', 'ok']
     """
     sizes = {"ground": ground, "crank": crank, "coupler": coupler, "rocker": rocker}
     return _model("rssr", units, sizes, ({} if twist == math.pi / 2 else {"twist": twist}) | more)
@@ -135,9 +281,34 @@ def cylinder(
 ) -> Problem:  # fmt: skip
     """Return a cylinder from H to a lever's A, driven from its shut to its open length.
 
-    ``(hx, hy)`` is H from the lever's pin O, ``lever`` OA. With ``bore`` or a load ``F`` at the
-    distance ``reach`` its first task gives forces: ``needed`` is the pressure [Pa] that they take,
-    ``share`` that of the ``pressure`` there is. The rest is as for `four_bar`.
+    Parameters
+    ----------
+    hx, hy
+        H, from the lever's pin O.
+    lever
+        Length OA.
+    closed, opened
+        Shortest and longest length HA.
+    units, more
+        As of `four_bar`. With ``bore``, or a load ``F`` at the distance ``reach``, the first task
+        gives forces: ``needed`` is the pressure [Pa] that they take, ``share`` its share of
+        ``pressure``.
+
+    Returns
+    -------
+    Problem
+        With the driven cylinder.
+
+    Raises
+    ------
+    InputError
+        Lengths between which the lever cannot swing.
+
+    Examples
+    --------
+    >>> problem = md.cylinder(600, -200, 400, 500, 800, units="mm,deg")
+    >>> md.solve(problem, poses=3).status.tolist()
+    ['ok', 'ok', 'ok']
     """
     sizes = {"hx": hx, "hy": hy, "lever": lever, "closed": closed, "opened": opened}
     apart = math.hypot(hx, hy)

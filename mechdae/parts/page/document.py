@@ -54,6 +54,11 @@ class Page:
         The whole file.
     data
         What its element ``mechdae`` holds.
+
+    Examples
+    --------
+    >>> md.page(md.four_bar(0.1, 0.04, 0.12, 0.08))
+    <Page four-bar / turn: live>
     """
 
     html: str
@@ -103,12 +108,23 @@ def page(
     units
         What it shows numbers in, such as ``"mm,deg,kN"``; its files and interface stay SI.
 
+    Returns
+    -------
+    Page
+        One HTML file that needs no other; ``save`` writes it.
+
     Raises
     ------
     InputError
         A task without poses along a path, a language that it does not speak, no units.
     SolveError
         The mechanism does not assemble.
+
+    Examples
+    --------
+    >>> page = md.page(md.four_bar(0.1, 0.04, 0.12, 0.08))
+    >>> page.html[:15]
+    '<!doctype html>'
     """
     if lang not in LANGUAGES:
         raise InputError(f"no words in '{lang}'", where="lang", hint=", ".join(LANGUAGES))

@@ -39,6 +39,11 @@ def certify(
     set
         Numbers to change, as of `md.solve`.
 
+    Returns
+    -------
+    dict
+        To be written as JSON; `check_certificate` reads the file.
+
     Raises
     ------
     UnavailableError
@@ -46,6 +51,13 @@ def certify(
         ``proof`` is not installed.
     SolveError
         A claim does not stand the check in ball arithmetic.
+
+    Examples
+    --------
+    >>> few = md.Sweep(md.Driver("crank.angle", from_=0.1, to=0.4), poses=3)
+    >>> certificate = md.certify(md.slider_crank(0.1, 0.3), few)
+    >>> len(certificate["poses"])
+    3
     """
     loaded, named = given(problem, task, set)
     tasks = [name for name, entry in loaded.tasks.items() if entry.kind in KINDS]
@@ -80,10 +92,25 @@ def check_certificate(
     set
         Numbers of the problem to change.
 
+    Returns
+    -------
+    str
+        What was proved, in a sentence.
+
     Raises
     ------
     SolveError
         The first claim that does not hold or cannot be read, with its place.
+
+    Examples
+    --------
+    >>> import json, pathlib, tempfile
+    >>> few = md.Sweep(md.Driver("crank.angle", from_=0.1, to=0.4), poses=3)
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = pathlib.Path(folder, "proof.json")
+    ...     _ = path.write_text(json.dumps(md.certify(md.slider_crank(0.1, 0.3), few)))
+    ...     print(md.check_certificate(path)[:28])
+    23 steps, 0 limit positions,
     """
     checker = _checker()
     try:

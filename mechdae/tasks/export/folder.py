@@ -23,7 +23,19 @@ BLOCK = 1 << 20
 
 
 class StoredResults(Mapping[str, Result]):
-    """The results of a folder by the names of their tasks; of a single one its attributes too."""
+    """The results of a folder by the names of their tasks; of a single one its attributes too.
+
+    Parameters
+    ----------
+    results
+        Task -> result: what `read` returns.
+
+    Examples
+    --------
+    >>> result = md.solve(md.four_bar(0.1, 0.04, 0.12, 0.08), poses=5)
+    >>> list(md.StoredResults({"turn": result}))
+    ['turn']
+    """
 
     def __init__(self, results: Mapping[str, Result]) -> None:
         self._results = dict(results)
@@ -56,10 +68,30 @@ def save(result: Result, folder: str | Path) -> list[Path]:
     Of a synthesis also each design as a problem file, ``<task>-1.toml`` and so on. Large tables
     are written in pieces. ``<task>.result.npz`` is what `read` makes the result from again.
 
+    Parameters
+    ----------
+    result
+        A result of any kind.
+    folder
+        Where to; it is made where it is not there.
+
+    Returns
+    -------
+    list of Path
+        What was written.
+
     Raises
     ------
     InputError
         The folder has a result of another problem under that name, or is a file.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> result = md.solve(md.four_bar(0.1, 0.04, 0.12, 0.08), poses=5)
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     print([path.name for path in md.save(result, folder)])
+    ['turn.json', 'turn.csv', 'turn.npz']
     """
     place = Path(folder)
     check_folder(place, result.problem, result.task)
@@ -113,6 +145,15 @@ def read(folder: str | Path) -> StoredResults:
     InputError
         No folder, no results in it, an unfinished job, results of another version, incomplete or
         altered ones; the message names the file.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     paths = md.save(md.solve(md.four_bar(0.1, 0.04, 0.12, 0.08), poses=5), folder)
+    ...     again = md.read(folder)
+    >>> list(again), len(again["turn"])
+    (['turn'], 5)
     """
     place = Path(folder)
     if not place.is_dir():

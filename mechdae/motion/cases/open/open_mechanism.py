@@ -88,6 +88,13 @@ def open_pose(
     ------
     SolveError
         The mechanism closes, or no joint alone leaves the others closed.
+
+    Examples
+    --------
+    >>> pose = md.open_pose(md.four_bar(0.1, 0.04, 0.12, 0.08), set={"coupler": 0.5})
+    >>> gap = pose.summary["open"][0]
+    >>> gap["joint"], round(gap["gap"], 4)
+    ('C', 0.3328)
     """
     whole, name = chosen(problem, task, set)
     meant = whole.tasks[name]

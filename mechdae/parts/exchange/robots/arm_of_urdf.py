@@ -30,12 +30,30 @@ def arm_from_urdf(path: str | Path, base: str = "", tip: str = "") -> Arm:
         Names of the links between which six joints turn: by default the root, and the only link
         behind six such joints without any behind it.
 
+    Returns
+    -------
+    Arm
+        Six axes, with the names and limits of the file.
+
     Raises
     ------
     InputError
         The file cannot be read, or is no URDF; joints on the way slide; they are not six.
     UnknownName
         No such link.
+
+    Examples
+    --------
+    >>> import pathlib, tempfile
+    >>> links = [f'<link name="l{k}"/>' for k in range(7)]
+    >>> joint = '<joint name="j{0}" type="continuous"><parent link="l{0}"/><child link="l{1}"/>'
+    >>> turn = '<origin xyz="0.3 0 0.1" rpy="1.2 0 0.4"/><axis xyz="0 0 1"/></joint>'
+    >>> joints = [joint.format(k, k + 1) + turn for k in range(6)]
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = pathlib.Path(folder, "arm.urdf")
+    ...     _ = path.write_text(f"<robot name='r'>{''.join(links + joints)}</robot>")
+    ...     md.arm_from_urdf(path).links.shape
+    (6, 3)
     """
     where = str(path)
     try:

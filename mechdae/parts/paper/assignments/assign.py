@@ -66,6 +66,13 @@ class Assignment:
         Least transmission angle [rad] of each dyad over the task, by joint.
     student
         Who gets it, empty without names.
+
+    Examples
+    --------
+    >>> ranges = {"crank_mm": (30, 40, 5)}
+    >>> variant = md.assign(md.slider_crank(0.03, 0.18), vary=ranges, count=1, positions=4)[0]
+    >>> variant.number, variant.values
+    (1, {'crank_mm': 35.0})
     """
 
     number: int
@@ -89,6 +96,13 @@ class Assignments(Sequence[Assignment]):
         In the order in which they were drawn.
     tried
         How many sets of numbers were tried for them.
+
+    Examples
+    --------
+    >>> ranges = {"crank_mm": (30, 40, 5)}
+    >>> variants = md.assign(md.slider_crank(0.03, 0.18), vary=ranges, count=2, positions=4)
+    >>> len(variants), variants.table().splitlines()[0]
+    (2, 'variant,crank_mm,transmission of C [deg]')
     """
 
     name: str
@@ -227,6 +241,11 @@ def assign(
     units
         Of all numbers, ``"mm,kN"``; by default as in the file or as drawn, lengths else in mm.
 
+    Returns
+    -------
+    Assignments
+        A sequence of `Assignment`, each with its problem, sheet and key.
+
     Raises
     ------
     InputError
@@ -236,6 +255,13 @@ def assign(
         A number or a language that is not there.
     SolveError
         Too few sets of numbers do; the message says what fails and how often.
+
+    Examples
+    --------
+    >>> ranges = {"crank_mm": (30, 40, 5), "rod_mm": (150, 200, 10)}
+    >>> variants = md.assign(md.slider_crank(0.035, 0.18), vary=ranges, count=2, positions=4)
+    >>> [dict(variant.values) for variant in variants]
+    [{'crank_mm': 30.0, 'rod_mm': 190.0}, {'crank_mm': 35.0, 'rod_mm': 190.0}]
     """
     whole, named = given(problem, task, set)
     if students:

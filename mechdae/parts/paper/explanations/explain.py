@@ -41,7 +41,19 @@ BESIDE = "87mm"
 
 
 class Explanation(Paper):
-    """One pose on paper; its pictures are drawn when they are wanted."""
+    """One pose on paper; its pictures are drawn when they are wanted.
+
+    Attributes
+    ----------
+    document
+        Its parts as values: headings, texts, formulas, tables.
+
+    Examples
+    --------
+    >>> paper = md.explain(md.slider_crank(0.1, 0.3), pose=0)
+    >>> list(paper.data())
+    ['title', 'subtitle', 'lang', 'sections']
+    """
 
     def __init__(
         self, document: Document, in_si: Document, pictures: Callable[[], tuple[Image, ...]]
@@ -137,6 +149,14 @@ def explain(
         No such group or language.
     SolveError
         The mechanism does not assemble.
+
+    Examples
+    --------
+    >>> paper = md.explain(md.slider_crank(0.1, 0.3), pose=0)
+    >>> print(paper.text()[:60])
+    Slider-crank
+    ============
+    slider-crank, turn: pose 0 of 361
     """
     say = Phrases(lang)
     if isinstance(problem, Result) and task is None and set is None:

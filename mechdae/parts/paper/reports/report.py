@@ -36,7 +36,19 @@ ENDINGS = (".html", ".typ", ".pdf")
 
 
 class Report(Paper):
-    """A report; `save` writes it as HTML, Typst or PDF."""
+    """The report of a task, one document.
+
+    Attributes
+    ----------
+    document
+        Its parts as values: headings, texts, formulas, tables, pictures.
+
+    Examples
+    --------
+    >>> report = md.report(md.slider_crank(0.1, 0.3), positions=4)
+    >>> report.typ()[:10]
+    '#set docum'
+    """
 
     def pdf(self) -> bytes:
         """Return it as PDF.
@@ -119,6 +131,11 @@ def report(
     units
         What lengths, forces and moments are shown in, ``"mm,kN"``; by default as in the file.
 
+    Returns
+    -------
+    Report
+        ``save`` writes it as HTML, Typst or PDF.
+
     Raises
     ------
     InputError
@@ -127,6 +144,12 @@ def report(
         No such language.
     SolveError
         The mechanism does not assemble.
+
+    Examples
+    --------
+    >>> report = md.report(md.slider_crank(0.1, 0.3), positions=4)
+    >>> "<html" in report.html()
+    True
     """
     say = Phrases(lang, "reports")
     if not 1 <= positions <= MOST:

@@ -229,6 +229,12 @@ class KinematicChain:
         Index of the driving joint.
     pairs
         One letter for each joint, R or P.
+
+    Examples
+    --------
+    >>> chain = next(md.chains(4))
+    >>> chain.links, chain.joints, chain.freedoms
+    (4, ((0, 1), (0, 3), (1, 2), (2, 3)), 1)
     """
 
     links: int
@@ -329,10 +335,22 @@ def chains(
     pairs
         Revolute or prismatic pairs at each joint, up to symmetry; whether they move is not asked.
 
+    Yields
+    ------
+    KinematicChain
+        The next chain.
+
     Raises
     ------
     InputError
         Fewer links than a loop has, more than can be listed, a parity that fits no joints.
+
+    Examples
+    --------
+    >>> sum(1 for chain in md.chains(6))
+    2
+    >>> next(md.chains(6)).joints
+    ((0, 1), (0, 2), (0, 4), (1, 3), (1, 5), (2, 3), (4, 5))
     """
     for chain in _plain(links, freedoms):
         varied: Iterator[KinematicChain] = iter([chain])
@@ -353,7 +371,23 @@ def count_chains(
     drivers: bool = False,
     pairs: bool = False,
 ) -> int:
-    """Return how many `chains` there are; kinds of pairs are counted without listing them."""
+    """Return how many `chains` there are; kinds of pairs are counted without listing them.
+
+    Parameters
+    ----------
+    links, freedoms, inversions, drivers, pairs
+        As of `chains`.
+
+    Returns
+    -------
+    int
+        2, 16, 230 of 6, 8, 10 links.
+
+    Examples
+    --------
+    >>> md.count_chains(6), md.count_chains(8)
+    (2, 16)
+    """
     found = chains(links, freedoms, inversions=inversions, drivers=drivers)
     return sum(chain.count_pairs() if pairs else 1 for chain in found)
 
@@ -366,6 +400,21 @@ def assur_groups(links: int) -> Iterator[KinematicChain]:
     links
         Of the group, an even number. The link that stands for all that the group hangs on is
         `fixed`; joints on it are the group's outer joints.
+
+    Yields
+    ------
+    KinematicChain
+        A truss with a `fixed` link.
+
+    Raises
+    ------
+    InputError
+        An odd number of links, more than can be listed.
+
+    Examples
+    --------
+    >>> [sum(1 for group in md.assur_groups(links)) for links in (2, 4)]
+    [1, 2]
     """
     if links < 2 or links % 2:
         raise InputError(f"an Assur group has 2, 4, 6, ... links, not {links}", where="links")

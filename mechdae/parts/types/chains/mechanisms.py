@@ -36,6 +36,21 @@ def mechanism_of(
     places
         Of the joints, m; absent: from the graph, about 0.1 m apart on a link. A prismatic joint
         slides along the line to the middle of the other joints of its first link.
+
+    Returns
+    -------
+    Mechanism
+        Bodies by their numbers, sketched where it assembles.
+
+    Raises
+    ------
+    InputError
+        Places that are not one of each joint.
+
+    Examples
+    --------
+    >>> list(md.mechanism_of(next(md.chains(6))).bodies)
+    ['link1', 'link2', 'link3', 'link4', 'link5']
     """
     frame = chain.fixed or 0
     if places is None:
@@ -100,10 +115,28 @@ def mechanism_of(
 def problem_of(chain: KinematicChain, name: str = "chain") -> Problem:
     """Return a problem with this chain: a sweep of its driving joint over all it can reach.
 
+    Parameters
+    ----------
+    chain
+        With a `driver`; without one the first joint of the frame drives it.
+    name
+        Of the problem.
+
+    Returns
+    -------
+    Problem
+        With one task.
+
     Raises
     ------
     InputError
         A chain with several freedoms has no task with one driver; what is no chain.
+
+    Examples
+    --------
+    >>> problem = md.problem_of(next(md.chains(6)))
+    >>> list(problem.tasks)
+    ['range']
     """
     if not isinstance(chain, KinematicChain):
         raise InputError(

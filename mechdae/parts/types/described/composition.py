@@ -43,7 +43,13 @@ LEAST = math.asin(0.06)
 
 @dataclass(frozen=True, kw_only=True)
 class CurveGoal(Value):
-    """A point of the mechanism traces a closed curve: its shape and size, wherever it lies."""
+    """A point of the mechanism traces a closed curve: its shape and size, wherever it lies.
+
+    Examples
+    --------
+    >>> md.CurveGoal(targets=[[0, 0], [0.1, 0], [0.1, 0.05]]).closed
+    True
+    """
 
     targets: FloatRowsOrNone = optional(
         "pairs", doc="[[x, y], ...], the last one joined to the first", unit="m"

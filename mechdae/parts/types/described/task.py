@@ -27,6 +27,12 @@ class Composition(Task):
 
     Or their point visits targets (``path``), or an angle or a slide is a function of that of the
     crank (``function``).
+
+    Examples
+    --------
+    >>> goal = md.CurveGoal(x="0.1*cos(s)", y="0.05*sin(s)")
+    >>> md.Composition(goal=goal, links=[4, 6], seed=1).links
+    (4.0, 6.0)
     """
 
     goal: CurveGoal | SchemePath | SchemeFunction | None = optional("scheme_goal")
@@ -37,7 +43,7 @@ class Composition(Task):
     reference: NumbersOrNone = optional(
         "numbers", doc="worst value of each objective that a front is measured from"
     )
-    links: NumbersOrNone = optional("numbers", doc="of the chains, [4, 6]", unit="1")
+    links: NumbersOrNone = optional("numbers", doc="of the chains; absent: [4, 6]", unit="1")
     chains: NamesOrNone = optional(
         "names", doc="in place of links: four-bar, watt, stephenson, 8-1, 8-2, ..."
     )

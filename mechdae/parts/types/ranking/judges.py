@@ -45,11 +45,24 @@ class Judge:
 
 @dataclass(frozen=True)
 class Judgment:
-    """Weights of criteria by all judges together, 1 in all, and their agreement.
+    """Weights of criteria by all judges together, and their agreement.
 
-    ``agreement`` is Kendall's coefficient of concordance W of the judges' weights: 1 where all
-    rank alike, 0 where there is no common order, and 1 for a single judge. ``grades``: criteria in
-    words.
+    Attributes
+    ----------
+    weights
+        Of each criterion, 1 together.
+    agreement
+        Kendall's coefficient of concordance W of the judges' weights: 1 where all rank alike, 0
+        where there is no common order, and 1 for a single judge.
+    judges
+        Each with its weights, its ratio of consistency and the worst pair.
+    grades
+        Criterion -> variant -> number, of criteria in words.
+
+    Examples
+    --------
+    >>> md.judged({"anna": {"loss / size": 3}, "ben": {"loss / size": 2}}).agreement
+    1.0
     """
 
     weights: Mapping[str, float]
@@ -95,6 +108,11 @@ def judged(
     scale
         Word -> number, more is better; absent: good 1, fair 0.5, poor 0.
 
+    Returns
+    -------
+    Judgment
+        Weights for `rank`.
+
     Raises
     ------
     InputError
@@ -103,7 +121,6 @@ def judged(
 
     Examples
     --------
-    >>> import mechdae as md
     >>> pairs = {"loss / depth": 3, "loss / size": 5, "depth / size": 2}
     >>> {name: round(w, 3) for name, w in md.judged({"anna": pairs}).weights.items()}
     {'loss': 0.648, 'depth': 0.23, 'size': 0.122}

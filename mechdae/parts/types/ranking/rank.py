@@ -144,6 +144,12 @@ class Ranking:
     places
         Of several judges, name -> (best, worst) place that the weights and grades of one of them
         give it.
+
+    Examples
+    --------
+    >>> ranking = md.rank(md.four_bar(0.1, 0.04, 0.12, 0.08), by="inversion")
+    >>> len(ranking.rows), len(ranking.order)
+    (4, 4)
     """
 
     criteria: tuple[Mapping[str, str], ...]
@@ -224,10 +230,21 @@ def rank(
     progress
         Called with the number of variants that are done, and of all.
 
+    Returns
+    -------
+    Ranking
+        The order, the scores, and all variants with their criteria.
+
     Raises
     ------
     InputError
         Weights that do not add up to 1, unknown criteria, no variants.
+
+    Examples
+    --------
+    >>> ranking = md.rank(md.four_bar(0.1, 0.04, 0.12, 0.08), by="inversion")
+    >>> ranking.order
+    ('fixed-coupler', 'fixed-rocker', 'fixed-ground', 'fixed-crank')
     """
     judgment = judged(judges) if isinstance(judges, str | Path) else judges
     if judgment is not None and judgment.weights:

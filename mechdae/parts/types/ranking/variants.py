@@ -61,6 +61,12 @@ def variants(
         What cannot be varied so.
     SolveError
         The mechanism itself does not assemble.
+
+    Examples
+    --------
+    >>> bar = md.four_bar(0.1, 0.04, 0.12, 0.08)
+    >>> [variant.name for variant in md.variants(bar, "inversion")]
+    ['fixed-ground', 'fixed-crank', 'fixed-coupler', 'fixed-rocker']
     """
     return islice(_Varied(problem, by, set).found(), _checked(limit))
 
@@ -73,6 +79,26 @@ def count_variants(
 
     More exactly up to symmetries of the structure that keep the fixed link, which for a single
     loop is its reversal. Orders are counted without direction, fixed links without regard to it.
+
+    Parameters
+    ----------
+    problem, by, set
+        As of `variants`.
+
+    Returns
+    -------
+    tuple of two int
+        All, and all that differ.
+
+    Raises
+    ------
+    InputError
+        What cannot be varied so.
+
+    Examples
+    --------
+    >>> md.count_variants(md.four_bar(0.1, 0.04, 0.12, 0.08), "pairs")
+    (16, 10)
     """
     return _Varied(problem, by, set).count
 

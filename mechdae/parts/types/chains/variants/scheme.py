@@ -42,9 +42,22 @@ class Pose:
 class Variant:
     """One variant: a problem with the names of the one it was made from.
 
-    ``name`` is fit for a file. ``fault`` says why it does not assemble, "" where it does; ``text``
-    is its problem file, also where no mechanism can be made of it and ``problem`` is None.
-    ``about`` says what was varied, ``left_out`` what of the problem has no meaning in it.
+    Attributes
+    ----------
+    name
+        Fit for a file.
+    problem
+        Its `Problem`, None where no mechanism can be made of it; ``text`` is its file all the same.
+    about, left_out
+        What was varied, and what of the problem has no meaning in it.
+    fault
+        Why it does not assemble, "" where it does.
+
+    Examples
+    --------
+    >>> variant = next(md.variants(md.four_bar(0.1, 0.04, 0.12, 0.08), "inversion"))
+    >>> variant.name, dict(variant.about), variant.fault
+    ('fixed-ground', {'fixed': 'ground'}, '')
     """
 
     name: str
