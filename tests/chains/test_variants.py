@@ -12,10 +12,10 @@ import pytest
 
 import mechdae as md
 from mechdae.cli import main
+from mechdae.describe import layers
 from mechdae.describe.file.load import from_dict
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.layers import LinksCrossing, fewest_layers
-from mechdae.parts.types.chains.variants import layers
 
 FOUR_BAR = "four-bar-crank-rocker"
 
