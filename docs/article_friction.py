@@ -388,10 +388,11 @@ def _growth() -> str:
 
 PLACES: list[tuple[str, ...]] = [
     ("Figs. 1, 2 and (1)-(5): vectors, their closure, scheme and vector model",
-     "`--kind loops`; [loops of a mechanism](../../reference/modules.md#the-loops-of-a-mechanism)",
+     "`--kind loops`; "
+     "[loops of a mechanism](../../reference/vector-loops.md#the-loops-of-a-mechanism)",
      "seven_link_loops"),
     ("4 planar and 20 spatial modules, several solutions each",
-     "`mechdae modules`, [modules](../../reference/modules.md); "
+     "`mechdae modules`, [modules](../../reference/vector-loops.md); "
      "[claims](#claims-about-mechanisms)"),
     ("composition of mechanisms, any function by vector loops",
      "[composition](../../how-to/composition.md), [schemes](../../how-to/schemes.md)",

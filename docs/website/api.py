@@ -61,7 +61,7 @@ def write(target: Path) -> list[str]:
     (folder / "index.rst").write_text(
         "Python interface\n================\n\n"
         "All names of ``import mechdae as md``, from their docstrings. Used on the page "
-        ":doc:`/docs/python`.\n\n.. toctree::\n   :maxdepth: 2\n\n" + listed + "\n",
+        ":doc:`/docs/reference/python`.\n\n.. toctree::\n   :maxdepth: 2\n\n" + listed + "\n",
         encoding="utf-8",
     )
     return ["api/index.rst"]

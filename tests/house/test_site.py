@@ -57,6 +57,13 @@ def test_every_public_name_has_its_entry(staged: Path) -> None:
     assert sorted(named) == sorted(set(md.__all__) - {"__version__"})
 
 
+def test_documents_that_the_reference_names_are_staged(staged: Path) -> None:
+    text = "".join(path.read_text(encoding="utf-8") for path in (staged / "api").glob("*.rst"))
+    named = re.findall(r":doc:`/([^`]+)`", text)
+    assert named
+    assert all((staged / f"{name}.md").exists() for name in named)
+
+
 def test_quantities_have_units_and_shapes(staged: Path) -> None:
     text = " ".join((staged / "api/results.rst").read_text(encoding="utf-8").split())
     assert "* - ``coriolis`` - m/s2 - (n, 2)" in text
