@@ -9,6 +9,7 @@ import pytest
 
 import mechdae as md
 from mechdae.draw.animation import animate
+from mechdae.draw.diagram.scene import read_scene
 from mechdae.draw.fonts import ink
 from mechdae.draw.labels.steady import MOVES, cheapest_course
 
@@ -38,11 +39,15 @@ def crosses(low, high, a, b):
 @pytest.mark.parametrize("name", ["four-bar-crank-rocker", "toggle-press"])
 def test_letters_keep_off_links_while_they_move(name):
     """In frames between those in which places were compared, too."""
-    made = animate(md.solve(name), frames=48, traces=False, loads=False)
-    touched = 0
-    for sheet in made.drawn(made.poses):
+    result = md.solve(name)
+    made = animate(result, frames=48, traces=False, loads=False)
+    scene, touched = read_scene(result), 0
+    for pose, sheet in zip(made.poses, made.drawn(made.poses), strict=True):
         letters = [own for own in sheet.drawn if str(own.gid).startswith("label-")]
         assert letters
+        for own in letters:  # and stay at their points
+            place = sheet.at(scene.place(own.gid.removeprefix("label-"), pose))
+            assert np.hypot(*(own.points[0] - place)) < 40.0
         boxes = [[own.points[0] + corner for corner in ink(own.text, own.font)] for own in letters]
         bars = [own.points for own in sheet.drawn if str(own.gid).endswith("-bar")]
         lines = [pair for points in bars for pair in pairwise(points)]

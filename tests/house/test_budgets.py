@@ -12,7 +12,7 @@ BUDGETS = {
     "numerics": 4_690,
     "equations": 7_620,  # what is left out of a scene: rollers, second machines, plane and space
     "results": 3_600,
-    "draw": 20_690,  # graphs of motions; texts are measured without matplotlib
+    "draw": 20_730,  # graphs of motions; texts are measured without matplotlib
     "kernels": 7_450,
     "motion": 23_070,  # poses of several drivers at the speed of one
     "forces": 4_770,
@@ -25,7 +25,7 @@ BUDGETS = {
 """Room -> most lines of its modules; some of them import what annotations name."""
 ALONE = 1100
 """Lines of the modules that stand alone: errors, records, types, additions."""
-TOTAL = 143_600
+TOTAL = 143_650
 LONGEST = 500
 LONGER = {
     "describe/mechanism.py": 570,

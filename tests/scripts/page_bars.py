@@ -1,6 +1,7 @@
 """Live pages and the editor in a real browser: size, times, frames, letters, phones, axe-core.
 
     python -m tests.scripts.page_bars [--out FILE] [--axe FOLDER] [--pictures FOLDER] [NAME ...]
+    python -m tests.scripts.page_bars --out FILE --letters [NAME ...]  # sizes and letters anew
 
 ``--axe`` is a folder with ``axe.min.js`` (``npm pack axe-core``); it is not part of the package.
 With ``--pictures`` each page is photographed: light, dark, phone, Russian. Rows of pages that are
@@ -209,6 +210,16 @@ def measured(
     return found
 
 
+def lettered(browser: Any, name: str, folder: Path, before: dict[str, Any]) -> dict[str, Any]:
+    """Return the row of a page with its size and its letters measured again."""
+    file = md.page(name).save(folder / f"{name}.html")
+    visit = Visit(browser, file, "en", None, None)
+    letters = visit.page.evaluate(LETTERS, FRAMES) if before["live"] else None
+    visit.page.close()
+    found = before | {"bytes": file.stat().st_size, "said": before["said"] + visit.said}
+    return found | ({"letters": letters} if before["live"] else {})
+
+
 def edited(browser: Any, folder: Path, axe: str | None, pictures: Path | None) -> dict[str, Any]:
     """Return what axe-core and phones find in the editor, empty and with a mechanism."""
     found: dict[str, Any] = {"axe": {}, "said": [], "small": [], "bytes": 0}
@@ -258,23 +269,29 @@ def main() -> None:
     parser.add_argument("--out")
     parser.add_argument("--axe")
     parser.add_argument("--pictures", type=Path)
+    parser.add_argument("--letters", action="store_true")
     options = parser.parse_args()
     from playwright.sync_api import sync_playwright
 
     axe = Path(options.axe, "axe.min.js").read_text(encoding="utf-8") if options.axe else None
-    table: dict[str, Any] = {}
-    if options.names and options.out and Path(options.out).exists():
-        table = json.loads(Path(options.out).read_text(encoding="utf-8"))["pages"]
+    table, drawn = dict[str, Any](), dict[str, Any]()
+    if (options.names or options.letters) and options.out and Path(options.out).exists():
+        known = json.loads(Path(options.out).read_text(encoding="utf-8"))
+        table, drawn = known["pages"], known["editor"]
     with tempfile.TemporaryDirectory() as folder, sync_playwright() as own:
         browser = own.chromium.launch(executable_path=CHROMIUM, args=ARGUMENTS)
-        for name in options.names or names():
+        for name in options.names or (list(table) if options.letters else names()):
+            if options.letters:
+                table[name] = lettered(browser, name, Path(folder), table[name])
+                print(name, table[name].get("letters"), flush=True)
+                continue
             try:
                 table[name] = measured(browser, name, Path(folder), axe, options.pictures)
             except MechdaeError as error:
                 print(name, "-", str(error).splitlines()[0])
                 continue
             print(name, table[name], flush=True)
-        drawn = edited(browser, Path(folder), axe, options.pictures)
+        drawn = drawn if options.letters else edited(browser, Path(folder), axe, options.pictures)
         print("editor", drawn, flush=True)
         version = browser.version
         browser.close()

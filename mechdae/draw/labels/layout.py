@@ -124,10 +124,10 @@ def _candidates(label: Label, obstacles: Obstacles, most: int | None = MANY) -> 
     return Candidates(places, costs, half, label.own, label.anchors, label.rank, obstacles)
 
 
-def wider(label: Label, steps: Sequence[float] = RINGS) -> Label:
+def wider(label: Label, steps: Sequence[float] = RINGS, most: float = POOR) -> Label:
     """Return a label with more places, on rings around those it has.
 
-    ``steps`` say how much farther than the farthest of these.
+    ``steps`` say how much farther than the farthest of these; they cost ``most`` at most.
     """
     middle = label.places.mean(axis=0)
     reach = float(np.hypot(*(label.places - middle).T).max())
@@ -135,7 +135,7 @@ def wider(label: Label, steps: Sequence[float] = RINGS) -> Label:
     circle = np.stack([np.cos(angles), np.sin(angles)], axis=-1)
     rings = [middle + (reach + step) * circle for step in steps]
     rings += [middle + share * reach * circle for share in (0.4, 0.6, 0.8)]
-    price = min(float(label.costs.max()), POOR)
+    price = min(float(label.costs.max()), most)
     costs = [price + 0.12 * step for step in (*steps, 0.0, 0.0, 0.0) for _ in angles]
     return replace(
         label,

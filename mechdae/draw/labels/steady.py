@@ -22,8 +22,8 @@ GLIDE = 0.25, 0.75
 """Between which shares of the way from one of them to the next a label goes elsewhere."""
 MOVES = 20.0, 0.8
 """What it costs that a label goes to another place: in itself, and for each unit of the way."""
-WIDER = 0.0, 12.0, 26.0
-"""How much farther off a label may be that covers as much as `POOR` in the mean of the poses."""
+WIDER = 0.0, 12.0
+"""How much farther off a label may be that covers twice `POOR` in the mean of the poses."""
 TAKEN = 400.0
 """Weight of what a label covers of another one."""
 
@@ -150,7 +150,7 @@ def chosen_labels(
     def course(label: layout.Label, anchor: Anchor, gid: str, there: Sequence[int]) -> LabelCourse:
         half = np.array([label.width, label.height]) / 2
         frames = {k: frame_of(sheets[k], poses[k], anchor) for k in there}
-        ways = frames[there[0]].local(label.places)
+        ways = frames[0].local(label.places)
         covered, costs, spots = [], [], []
         for k, frame in frames.items():
             spots.append(frame.placed(ways))
@@ -169,8 +169,8 @@ def chosen_labels(
         half = np.array([first.label.width, first.label.height]) / 2
         anchors = anchors_of(first)
         best = min((course(first.label, own, first.gid, there) for own in anchors), key=_price)
-        if best.cost > layout.POOR * len(there):
-            far = layout.wider(first.label, WIDER)
+        if best.cost > 2 * layout.POOR * len(there):
+            far = layout.wider(first.label, WIDER, np.inf)
             more = (course(far, own, first.gid, there) for own in anchors)
             best = min(best, *more, key=_price)
         for k, spot in zip(there, best.spots, strict=True):

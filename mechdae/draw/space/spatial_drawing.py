@@ -236,6 +236,10 @@ def steady_in_space(
         for sheet, k in zip(sheets, poses, strict=True)
     ]
 
+    first = shown.pose(Sheet(None, *shown.bounds[:2], larger=shown.larger), scene, poses[0])
+    items = SpatialLoads(first, result, words, shown.peak).arrows() if shown.loads else []
+    arrows = {item.gid: Anchor(item.anchor.points) for item in items}
+
     def anchors_of(label: Writing) -> list[Anchor]:
         kind, _, name = label.gid.partition("-")
         joint = scene.mechanism.joints.get(name)
@@ -249,7 +253,7 @@ def steady_in_space(
             shown_at |= dict.fromkeys(ref for ref in free_points(scene, poses[0]) if ref in points)
             return [Anchor(tuple(shown_at or points))]
         if name.startswith("load-"):
-            return [Anchor(tuple(load_ends(scene, name.removeprefix("load-"))))]
+            return [arrows.get(name) or Anchor(tuple(load_ends(scene, name[len("load-") :])))]
         if joint is None:
             return [Anchor((name,))]
         ends = (joint.first, joint.second) if joint.pointer else (base_of(joint, shown.moved),)

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from mechdae.describe.loads import Resistance
 from mechdae.draw import style
+from mechdae.draw.diagram.amounts import load_values
+from mechdae.draw.diagram.loads import peak_force
 from mechdae.draw.fragments import FragmentWriter, look_of
 from mechdae.draw.labels.steady import compared
 from mechdae.draw.primitives import Anchor, Array
@@ -21,8 +24,9 @@ from mechdae.draw.space.spatial_drawing import (
     items_of,
     steady_in_space,
 )
+from mechdae.draw.space.spatial_loads import SpatialLoads
 from mechdae.draw.space.spatial_pose import SpatialPose
-from mechdae.draw.space.spatial_scene import read_spatial
+from mechdae.draw.space.spatial_scene import SpatialScene, read_spatial
 from mechdae.draw.words import Words
 from mechdae.types import Json
 
@@ -42,22 +46,32 @@ def fragments_in_space(result: SweepResult, shares: Array, lang: str = "en") -> 
     index, view, moved = choose(scene, result.kind, None, None)
     some = compared(scene.assembled() or [index], index)
     bounds = extent(scene, some, view, moved, True)
-    shown = SpatialView(loads=False, bounds=bounds, larger=style.PAGE, viewpoint=view, moved=moved)
+    peak = peak_force(scene, result, some)
+    shown = SpatialView(bounds=bounds, peak=peak, larger=style.PAGE, viewpoint=view, moved=moved)
     sheet, labels = steady_in_space(scene, result, some, shown, Words(lang))
-    pose, items, _ = items_of(
-        Sheet(None, *bounds[:2], larger=style.PAGE), scene, result, index, shown
-    )
+    paper = Sheet(None, *bounds[:2], larger=style.PAGE)
+    pose, items, _ = items_of(paper, scene, result, index, shown)
+    loads = SpatialLoads(pose, result, Words(lang), peak)
+    arrows = [own for own in loads.arrows() if _steady(scene, result, str(own.gid), some)]
+    drawn = {own.gid for own in arrows}
     sheet.drawn.clear()
-    labels.write(sheet, index, shares=shares)
+    labels.write(sheet, index, [own for own in loads.marks if f"load-{own.name}" in drawn], shares)
     writer = FragmentWriter(sheet, lambda body: SpatialFrame(sheet, pose, body))
     drawing = {
-        "solids": list(_solids(items, pose)),
+        "solids": list(_solids(items + arrows, pose)),
         "along": {name: [*row[:2], row[2].tolist(), row[3]] for name, row in pose.along.items()},
         "parts": list(writer.parts(style.Z_LABEL)),
         "traces": list(scene.paths),
     }
     space = {"azimuth": view.azimuth, "elevation": view.elevation, "up": list(view.upward)}
     return space, drawing
+
+
+def _steady(scene: SpatialScene, result: SweepResult, gid: str, poses: Sequence[int]) -> bool:
+    """Return whether an arrow is the same in all poses, seen from what it turns with."""
+    load = scene.mechanism.loads[gid.removeprefix("load-")]
+    rows = [load_values(scene, result, load, k) for k in poses]
+    return not isinstance(load, Resistance) and all(row == rows[0] for row in rows)
 
 
 def _solids(items: list[Item], pose: SpatialPose) -> Iterator[Json]:

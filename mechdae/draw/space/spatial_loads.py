@@ -30,10 +30,11 @@ from mechdae.draw.diagram.loads import (
     text_of,
     torsion_mark,
 )
-from mechdae.draw.primitives import Array
+from mechdae.draw.primitives import Anchor, Array
+from mechdae.draw.space.anchors import base_of
 from mechdae.draw.space.depth import Item
 from mechdae.draw.space.spatial_drivers import turning, with_head
-from mechdae.draw.space.spatial_pose import SpatialPose
+from mechdae.draw.space.spatial_pose import SpatialPose, anchored
 from mechdae.draw.space.spatial_symbols import ARROW, HALF, SHAFT
 from mechdae.draw.words import Words
 
@@ -114,9 +115,9 @@ class SpatialLoads:
                 both = sign == 0.0 or (size is None and not isinstance(load, Resistance))
                 if size != 0.0:
                     joint = self.scene.mechanism.joints[entry.part]
-                    place = self._drawn(joint)
                     turn = (sign or 1.0) * (1.0 if size is None else float(np.sign(size)))
-                    items += self._turning(load, place, turn * axis, size, both)
+                    anchor = Anchor((base_of(joint, self.pose.moved),), self._holder(joint))
+                    items += self._turning(load, anchor, turn * axis, size, both)
             else:
                 turn = (sign or 1.0) * (1.0 if size is None else float(np.sign(size)))
                 straight.append((load, place, turn * axis, None if size is None else abs(size)))
@@ -188,7 +189,21 @@ class SpatialLoads:
         items += with_head(points[::-1], gid, style.LOAD) if both else []
         for item in items:  # seen in front of the body's own faces
             item.owner = load.point.split(".")[0] if isinstance(load, Force) else ""
-        return items
+        return anchored(items, self._anchor(load))
+
+    def _anchor(self, load: Load) -> Anchor:
+        """Return the place that the arrow of a force moves with, and what it turns with."""
+        if isinstance(load, Force):
+            return Anchor((load.point,), load.frame.removeprefix("world"))
+        entry = coordinate_of(self.scene, load)
+        joint = self.scene.mechanism.joints.get(entry.part)
+        if joint is None:
+            return Anchor((f"{entry.part}.{entry.point}",))
+        return Anchor((joint.second,), self._holder(joint))
+
+    def _holder(self, joint: Joint) -> str:
+        """Return the body with which the axis of a joint turns."""
+        return self.pose.turn(self.scene.holder(joint, self.pose.pose))
 
     def _cost(self, points: Array) -> float:
         out = (points < 3.0).any() or (points > self.sheet.size - 3.0).any()
@@ -211,7 +226,7 @@ class SpatialLoads:
         if vector is None or not size:
             return []
         axis = vector / size
-        return self._turning(load, self._seat(load.body, axis), axis, size, False)
+        return self._turning(load, self._seat(load, load.body, axis), axis, size, False)
 
     def _tabulated(
         self, load: TableLoad, body: str, values: tuple[float, ...] | None
@@ -224,18 +239,17 @@ class SpatialLoads:
         size = None if values is None else values[0]
         axis = axis / np.linalg.norm(axis) * (-1.0 if size is not None and size < 0 else 1.0)
         size = None if size is None else abs(size)
-        return self._turning(load, self._seat(body, axis), axis, size, size is None)
+        return self._turning(load, self._seat(load, body, axis), axis, size, size is None)
 
-    def _seat(self, body: str, axis: Array) -> Array:
-        """Return where [m] a torque of a body is drawn: at a joint that turns about its axis."""
+    def _seat(self, load: Torque | TableLoad, body: str, axis: Array) -> Anchor:
+        """Return where a torque of a body is drawn: at a joint that turns about its axis."""
+        turn = load.frame.removeprefix("world")
         joints = [own for own in self.scene.joints(self.pose.pose) if body in own.bodies]
         for joint in joints:
             own = self.scene.axis(joint, self.pose.pose) if joint.turns else None
             if own is not None and float(np.linalg.norm(np.cross(own, axis))) < ALONG:
-                return self._drawn(joint)
-        places = [self.scene.place(ref, self.pose.pose) for ref in self.scene.points(body)]
-        middle: Array = np.mean(places, axis=0)
-        return middle
+                return Anchor((base_of(joint, self.pose.moved),), turn)
+        return Anchor(tuple(self.scene.points(body)), turn)
 
     def _drawn(self, joint: Joint) -> Array:
         """Return where [m] the symbol of a joint is."""
@@ -244,11 +258,11 @@ class SpatialLoads:
         return place if axis is None else place + self.pose.moved.get(joint.name, 0.0) * axis
 
     def _turning(
-        self, load: Load, place: Array, axis: Array, size: float | None, both: bool
+        self, load: Load, anchor: Anchor, axis: Array, size: float | None, both: bool
     ) -> list[Item]:
         """Return an arrow around an axis, two of them where the sense is not known."""
         gid, seen = f"load-{load.name}", self.pose.view.seen(axis)
-        center = self.pose.at(place)
+        center = np.mean([self.pose.at(self.pose.base(name)) for name in anchor.points], axis=0)
         key = tuple(np.round(center[:2], 0).tolist())
         count = self._around[key] = self._around.get(key, 0) + 1
         out = (HALF + 0.4 * SHAFT) * (1.0 if seen[2] >= 0 else -1.0)
@@ -260,7 +274,7 @@ class SpatialLoads:
         points = np.vstack([item.points[:, :2] for item in items if not item.closed])
         pieces = tuple(zip(points[:-1:3], points[1::3], strict=False))
         self.marks.append(Mark(load.name, text, pieces))
-        return items
+        return anchored(items, anchor)
 
     # -- springs, masses -------------------------------------------------------------------
 
