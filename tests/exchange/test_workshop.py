@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import re
 from collections import defaultdict
+from dataclasses import replace
 from math import pi
 from pathlib import Path
 
@@ -209,6 +210,17 @@ def test_a_sheet_is_in_millimetres_and_holds_all_parts() -> None:
     rows = made.files["parts.csv"].splitlines()
     assert [row.split(",")[0] for row in rows[1:5]] == ["crank", "coupler", "rocker", "frame"]
     assert "pin A,1,,,diameter 5 mm; length 7.5 mm; layers 0 to 1" in rows
+
+
+def test_holes_have_the_clearance_of_their_joint() -> None:
+    problem = md.load("slider-crank").with_values({"r": 0.1})
+    joints = dict(problem.mechanism.joints)
+    joints["B"] = replace(joints["B"], clearance=3e-4)
+    joints["guide"] = replace(joints["guide"], clearance=5e-4)
+    loose = replace(problem, mechanism=replace(problem.mechanism, joints=joints))
+    made = md.export(loose, format="svg-cut", pin=0.01, clearance=1e-4)
+    radii = [float(r) for r in re.findall(r'd="[^"]*?A(\S+)', made.text)]
+    assert {r for r in radii if r < 6} == {5.1, 5.3, 5.5}
 
 
 def test_what_passes_between_two_poses_is_met() -> None:

@@ -94,11 +94,11 @@ def part_of(plate: Plate, kit: Kit, only: set[str] | None = None, name: str = ""
     """Return a plate as a part, `only` with the holes of some pins."""
     sizes = kit.sizes
     holes = [
-        Loop(place[None], sizes.hole)
+        Loop(place[None], kit.hole(pin))
         for pin, place in plate.holes.items()
         if only is None or pin in only
     ]
-    holes += [Loop(hull(ends), sizes.hole) for ends in plate.slots.values()]
+    holes += [Loop(hull(ends), kit.hole(name)) for name, ends in plate.slots.items()]
     distinct: list[Loop] = []
     for hole in holes:  # several pins at one place are one hole
         if not any(np.array_equal(hole.corners, known.corners) for known in distinct):

@@ -40,7 +40,7 @@ class PartSizes:
     pin
         Diameter of pins.
     clearance
-        By how much the radius of a hole is larger than that of its pin.
+        By how much the radius of a hole is larger than that of its pin, where the file says none.
     air
         Least distance of what moves in the same layer.
     kerf
@@ -106,6 +106,13 @@ class Kit:
     plates: dict[str, Plate]
     pins: dict[str, KitPin]
     sizes: PartSizes
+    clearances: dict[str, float] = field(default_factory=dict)
+    """Of joints that the file gives one."""
+
+    def hole(self, pin: str) -> float:
+        """Return the radius of a hole or slot: with the clearance of its joint where it has one."""
+        joint = pin if pin in self.clearances else pin.rpartition(".")[0]
+        return self.sizes.pin / 2 + self.clearances.get(joint, self.sizes.clearance)
 
     @property
     def moving(self) -> list[str]:
@@ -208,7 +215,12 @@ def kit_of(motion: ExportedMotion, given: dict[str, float]) -> Kit:
             plates[name] = bar
         else:
             _guide(motion, name, joint, plates, pins, sizes)
-    made = Kit(plates, pins, sizes)
+    given_by_file = {
+        name: values[f"{name}.clearance"]
+        for name in mechanism.joints
+        if f"{name}.clearance" in values
+    }
+    made = Kit(plates, pins, sizes, given_by_file)
     _check(made)
     return made
 
@@ -300,19 +312,20 @@ def _shortest(motion: ExportedMotion) -> float:
 def _check(kit: Kit) -> None:
     """Raise for holes that meet, and walls that are none."""
     sizes = kit.sizes
-    if sizes.width < WALL * 2 * sizes.hole:
+    largest = max((kit.hole(pin) for pin in kit.pins), default=sizes.hole)
+    if sizes.width < WALL * 2 * largest:
         raise InputError(
             f"plates {sizes.width * 1e3:.4g} mm wide have no wall around holes of "
-            f"{2e3 * sizes.hole:.4g} mm",
+            f"{2e3 * largest:.4g} mm",
             where="width",
-            hint=f"at least {2e3 * WALL * sizes.hole:.4g} mm",
+            hint=f"at least {2e3 * WALL * largest:.4g} mm",
         )
     for plate in kit.plates.values():
         names = list(plate.holes)
         for i, one in enumerate(names):
             for other in names[i + 1 :]:
                 far = float(np.hypot(*(plate.holes[one] - plate.holes[other])))
-                if 0 < far < 2 * sizes.hole * WALL:
+                if 0 < far < (kit.hole(one) + kit.hole(other)) * WALL:
                     raise InputError(
                         f"holes {one} and {other} of {plate.name} are {far * 1e3:.4g} mm apart, "
                         f"pins are {sizes.pin * 1e3:.4g} mm thick",
