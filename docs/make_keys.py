@@ -114,7 +114,8 @@ def table(name: str, own: dict[str, Any], defs: dict[str, Any], level: str = "##
         example = told.get("examples") or value.get("examples") or [""]
         plain = example[0] in ("", "2*r") or not isinstance(example[0], str | list | dict)
         text = "" if plain else f"`{cell(json.dumps(example[0], ensure_ascii=False))}`"
-        words = holds(told, defs).removeprefix(key.replace("_", " ")).removeprefix(": ")
+        bare = rf"^{key.replace('_', ' ')}(: | (?=\[)|$)"  # the key's name says nothing more
+        words = re.sub(bare, "", holds(told, defs))
         lines.append(f"| {shown} | {cell(words)} | {text} |")
     return "\n".join(lines) + "\n"
 

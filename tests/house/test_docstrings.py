@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import doctest
 import importlib.util
 import inspect
@@ -13,6 +14,9 @@ from typing import Any
 import pytest
 
 import mechdae as md
+from mechdae.describe.field_docs import USUAL
+from mechdae.describe.file.schema import schema
+from mechdae.describe.values import Value
 
 NAMES = [name for name in md.__all__ if name != "__version__"]
 CALLED = (
@@ -142,6 +146,31 @@ def test_help_shows_descriptions_with_their_fields() -> None:
     assert md.Spring("s", coordinate="guide.slide").stiffness == 0.0  # help changes nothing else
     with pytest.raises(md.UnknownName, match="stifness"):
         md.Spring("s", coordinate="guide.slide", stifness=1.0)  # type: ignore[call-arg]
+
+
+def described(cls: type[Value]) -> Iterator[type[Value]]:
+    """Yield the descriptions of a file, with those that parts add."""
+    schema()
+    for kind in cls.__subclasses__():
+        yield kind
+        yield from described(kind)
+
+
+def test_fields_say_what_they_hold() -> None:
+    """With their unit once: the schema, the page of keys and docstrings write it behind."""
+    for name in NAMES:
+        getattr(md, name)
+    count = 0
+    for cls in described(Value):
+        for entry in dataclasses.fields(cls):
+            if "kind" not in entry.metadata or cls.__module__.split(".")[0] != "mechdae":
+                continue
+            words, unit = entry.metadata["doc"] or USUAL.get(entry.name), entry.metadata["unit"]
+            assert words, (cls, entry.name)
+            twice = rf"(?<![\w/]){unit}(?![\w/])" if unit and unit != "1" else r"(?!)"
+            assert not re.search(twice, words), (cls, entry.name, words)
+            count += 1
+    assert count > 400
 
 
 def test_docstrings_follow_from_fields() -> None:

@@ -26,7 +26,7 @@ class Revolute(Joint):
     friction_static: Number | None = optional("number", unit="1")
     pin_radius: Number | None = optional("number", unit="m")
     face_width: Number | None = optional("number", doc=WIDE, unit="m")
-    clearance: Number | None = optional("number", doc="of the pin, radial, m", unit="m")
+    clearance: Number | None = optional("number", doc="of the pin, radial", unit="m")
 
     kind: ClassVar[str] = "revolute"
     surfaces: ClassVar[tuple[tuple[str, ...], ...]] = (("pin_radius",),)
@@ -72,7 +72,7 @@ class Prismatic(Joint):
     contact_length: Number | None = optional("number", doc="2b; absent: a long guide", unit="m")
     one_sided: str | None = optional("text", choices=SIDES, doc=LIES)
     face_width: Number | None = optional("number", doc=WIDE, unit="m")
-    clearance: Number | None = optional("number", doc="on each side of the block, m", unit="m")
+    clearance: Number | None = optional("number", doc="on each side of the block", unit="m")
 
     kind: ClassVar[str] = "prismatic"
     surfaces: ClassVar[tuple[tuple[str, ...], ...]] = (("contact_length",),)
@@ -115,7 +115,7 @@ class PinInSlot(Joint):
     face_width: Number | None = optional("number", doc=WIDE, unit="m")
     shoe_length: Number | None = optional("number", doc="of a flat shoe on the pin", unit="m")
     contact_modulus: Number | None = optional("number", doc=STIFF, unit="Pa")
-    clearance: Number | None = optional("number", doc="on each side of the pin, m", unit="m")
+    clearance: Number | None = optional("number", doc="on each side of the pin", unit="m")
 
     kind: ClassVar[str] = "pin-in-slot"
     surfaces: ClassVar[tuple[tuple[str, ...], ...]] = (

@@ -41,8 +41,8 @@ class Gear(Joint):
     pressure_angle: Number = optional("number", PRESSURE_ANGLE, unit="rad")
     mesh_loss: Number | None = optional("number", doc="share of power", unit="1")
     one_sided: str | None = optional("text", choices=SENSES, doc=TURNS)
-    backlash: Number | None = optional("number", doc="along the pitch circle, m", unit="m")
-    backlash_angle: Number | None = optional("number", doc="of the first wheel, rad", unit="rad")
+    backlash: Number | None = optional("number", doc="along the pitch circle", unit="m")
+    backlash_angle: Number | None = optional("number", doc="of the first wheel", unit="rad")
 
     kind: ClassVar[str] = "gear"
     lower: ClassVar[bool] = False
@@ -98,7 +98,7 @@ class Rack(Joint):
     pressure_angle: Number = optional("number", PRESSURE_ANGLE, unit="rad")
     mesh_loss: Number | None = optional("number", unit="1")
     one_sided: str | None = optional("text", choices=SENSES, doc=TURNS)
-    backlash: Number | None = optional("number", doc="along the rack, m", unit="m")
+    backlash: Number | None = optional("number", doc="along the rack", unit="m")
 
     kind: ClassVar[str] = "rack"
     lower: ClassVar[bool] = False

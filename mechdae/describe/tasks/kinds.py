@@ -67,7 +67,7 @@ class Driver(Value):
     from_: Number | None = optional("number", doc="first value, m or rad; of a law time in s")
     to: Number | None = optional("number", doc="last value, or time")
     range: str | None = optional("text", choices=("assembled",), doc="all that can be reached")
-    law: str | None = optional("law", doc="expression of the time t, over from_ and to or at times")
+    law: str | None = optional("law", doc="expression of the time t, over from and to, or at times")
     times: NumbersOrNone = optional("numbers", doc="times of a law in s")
     speed: Number | None = optional("number", doc="1 where absent; of forces: a slow motion")
     acceleration: Number | None = optional("number", doc="0 where absent")

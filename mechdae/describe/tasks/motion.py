@@ -38,7 +38,7 @@ class Watched(Value):
 
     coordinate: str = key("text", doc="a coordinate, a speed, a named output")
     crosses: Number = optional("number", 0.0)
-    name: str | None = optional("text")
+    name: str | None = optional("text", doc="of the event; absent: the coordinate")
     direction: str = optional("text", "both", choices=("both", "up", "down"))
     stop: bool = optional("flag", False, doc="the motion ends there")
 

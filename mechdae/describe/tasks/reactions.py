@@ -25,7 +25,7 @@ class Reactions(Sweep):
 
     friction: str = optional(
         "text", "coupled", choices=("none", "article", "coupled"),
-        doc="acts on the reactions it comes from, leaves them as without it, or is left out",
+        doc="left out, or on reactions as they are without it, or with it",
     )  # fmt: skip
     friction_radius: str = optional(
         "text",

@@ -17,7 +17,13 @@ from mechdae.records import dataclass, optional
 class Play(Sweep):
     """Bands of points, angles and slides along a sweep, from the clearance of the joints.
 
-    ``under_load`` also says where loads press: the side of its gap on which each joint lies.
+    Under load it also says on which side of its gap each joint lies.
+
+    Examples
+    --------
+    >>> task = md.Play(md.Driver("crank.angle", range="assembled"), poses=37, under_load=True)
+    >>> task.poses
+    37
     """
 
     under_load: bool = optional("flag", False, doc="also where the loads press each joint")

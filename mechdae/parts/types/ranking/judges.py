@@ -57,7 +57,7 @@ class Judgment:
     judges
         Each with its weights, its ratio of consistency and the worst pair.
     grades
-        Criterion -> variant -> number, of criteria in words.
+        Of criteria in words: the scale, and the words that were given.
 
     Examples
     --------
