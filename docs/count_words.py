@@ -14,7 +14,7 @@ from pathlib import Path
 DOCS = Path(__file__).resolve().parent
 ROOT = DOCS.parent
 PARTS = ("tutorials", "how-to", "reference", "theory", "theory/evidence", "history")
-GENERATED = {"keys.md", "commands.md", "life-of-a-four-bar.md"}
+GENERATED = {"keys.md", "commands.md", "gallery.md", "life-of-a-four-bar.md"}
 LONGEST = 40
 """Most words of a sentence outside of theory."""
 

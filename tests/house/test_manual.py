@@ -31,6 +31,10 @@ def test_page_of_commands_is_what_they_say() -> None:
     assert script("make_commands").written(["--check"]) == 0, "python docs/make_commands.py"
 
 
+def test_gallery_is_that_of_the_scripts() -> None:
+    assert script("make_gallery").main(["--check"]) == 0, "python docs/make_gallery.py"
+
+
 # -- for programs ----------------------------------------------------------------------------------
 
 PROGRAMS = DOCS / "reference/for-programs.md"
