@@ -14,7 +14,7 @@ PROGRAMS = ("schema", "new")
 """Commands whose output is a file: it is printed as it is."""
 RED, YELLOW, END = "\033[31m", "\033[33m", "\033[0m"
 COLOURS = {
-    **dict.fromkeys(("unassembled", "singular", "ambiguous", "jammed"), RED),
+    **dict.fromkeys(("unassembled", "singular", "ambiguous", "jammed", "stopped"), RED),
     "limit": YELLOW,
 }
 """Statuses that need a look."""

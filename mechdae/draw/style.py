@@ -54,6 +54,7 @@ ARCS: Final = {
     "singular": ("#dcd6e2", "#9a86ab", "xxxx"),
     "jammed": ("#f9dccb", "#e08a55", "\\\\\\\\"),
     "ambiguous": ("#fbf0c9", "#c9a534", "...."),
+    "stopped": ("#ece3d8", "#b09a80", "//"),
     "self-locking": ("#d6ebf8", "#6fb2da", "----"),
     "no value": ("#f1f1f1", "#b9b9b9", "\\\\//"),
     "roller undercuts": ("#d4ebe3", "#5fae95", "||||"),

@@ -47,6 +47,7 @@ class Status(StrEnum):
     )
     JAMMED = "jammed", "no effort moves it on: forces with friction have no solution"
     UNASSEMBLED = "unassembled", "no certified motion reaches the pose"
+    STOPPED = "stopped", "a joint is beyond its limits: the motion ends at a stop before"
     REJECTED = "rejected", "a design with defects, which its sweep found"
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import json
+from dataclasses import replace
 from xml.etree import ElementTree as ET
 
 import numpy as np
@@ -356,3 +357,30 @@ def test_what_a_format_cannot_hold_is_refused_by_name(name: str, form: str, word
 def test_loads_that_are_left_out_are_named() -> None:
     text = md.export("slider-crank-friction", format="mjcf").text
     assert "not in this file: load work, friction in O, friction in B" in text
+
+
+def test_limits_of_joints_are_carried() -> None:
+    """MuJoCo and URDF count as mechdae does, SDFormat from its pose; loops hold none."""
+    problem = md.load("four-bar-crank-rocker")
+    joints = problem.mechanism.joints
+    for name, limits in (("D", (0.5, 2.5)), ("A", (-1.0, 9.0)), ("B", (-4.0, 4.0)), ("C", (-3, 3))):
+        pin = md.Revolute(name, joints[name].first, joints[name].second, limits=limits)
+        joints = joints.with_(name, pin)
+    problem = replace(problem, mechanism=replace(problem.mechanism, joints=joints))
+    texts = {form: md.export(problem, "turn", format=form).text for form in ("mjcf", "sdf", "urdf")}
+    roots = {form: ET.fromstring(text) for form, text in texts.items()}
+    joint = roots["mjcf"].find(".//joint[@name='D.angle']")
+    assert joint is not None
+    assert joint.get("range") == "0.5 2.5"
+    limit = roots["urdf"].find("joint[@name='D']/limit")
+    assert limit is not None
+    assert (limit.get("lower"), limit.get("upper")) == ("0.5", "2.5")
+    start = float(joint.get("ref", 0))
+    path = "model/joint[@name='D']/axis/limit"
+    ends = [float(roots["sdf"].findtext(f"{path}/{end}") or 0) for end in ("lower", "upper")]
+    assert ends == pytest.approx([0.5 - start, 2.5 - start], rel=1e-12)
+    left = [
+        name for name in "ABCD" if roots["mjcf"].find(f".//joint[@name='{name}.angle']") is None
+    ]
+    assert f"not in this file: limits of {left[0]}: loops hold none" in texts["mjcf"]
+    assert "limits of" not in texts["sdf"]

@@ -184,7 +184,8 @@ class Joint(Value):
         """Return the joint's numbers with the last part of their automatic name."""
         kind: Any = type(self)
         given = [(name, getattr(self, name)) for name in _number_keys(kind)]
-        return tuple([(name, value) for name, value in given if value is not None])
+        limits = zip(LIMITS, getattr(self, "limits", None) or (), strict=False)
+        return (*[(name, value) for name, value in given if value is not None], *limits)
 
     def structure(self, values: Mapping[str, float], free: frozenset[str]) -> Hashable:
         """Return what it is but for its numbers; directions are numbers where all are free."""
@@ -209,6 +210,8 @@ class Joint(Value):
     def with_number(self, entry: str, number: Number) -> Joint:
         """Return the joint with one of its numbers replaced."""
         changes: Json = {entry: number}
+        if entry in LIMITS:
+            changes = {"limits": tuple((dict(self.numbers()) | changes)[name] for name in LIMITS)}
         return replace(self, **changes)
 
     def check_shape(self, parameters: Iterable[str], values: Mapping[str, float]) -> None:
@@ -220,6 +223,12 @@ class Joint(Value):
             raise MechanismError(
                 "mesh_loss is a share of the power, below 1",
                 where=f"joints.{self.name}.mesh_loss",
+            )
+        low, high = (values.get(name) for name in LIMITS)
+        if low is not None and high is not None and low >= high:
+            raise MechanismError(
+                f"limits end at {high:g}, not after their start {low:g}",
+                where=f"joints.{self.name}.limits",
             )
         for entry in NOT_NEGATIVE:
             if values.get(entry, 0.0) < 0:
@@ -241,6 +250,7 @@ class Joint(Value):
 
 WIDE, STIFF = "width of the contact across the plane", "2/E' = (1 - nu1^2)/E1 + (1 - nu2^2)/E2"
 TURN = 2 * math.pi
+LIMITS = ("limits.low", "limits.high")
 SIDES, SENSES = ("left", "right"), ("positive", "negative")
 LIES = "side on which the second body lies, and to which alone the contact pushes it"
 TURNS = "sense in which alone the teeth push the second body"

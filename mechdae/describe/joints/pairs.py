@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 from mechdae.describe.joints.joint import LIES, SIDES, STIFF, WIDE, Joint
 from mechdae.describe.values import Number
 from mechdae.errors import MechanismError
 from mechdae.records import dataclass, key, optional
+
+if TYPE_CHECKING:
+    from mechdae.describe.values import NumbersOrNone
+
+STOPS = "least and greatest slide"
 
 
 @dataclass(frozen=True)
@@ -27,6 +32,7 @@ class Revolute(Joint):
     pin_radius: Number | None = optional("number", unit="m")
     face_width: Number | None = optional("number", doc=WIDE, unit="m")
     clearance: Number | None = optional("number", doc="of the pin, radial", unit="m")
+    limits: NumbersOrNone = optional("pair", doc="least and greatest angle", unit="rad")
 
     kind: ClassVar[str] = "revolute"
     surfaces: ClassVar[tuple[tuple[str, ...], ...]] = (("pin_radius",),)
@@ -73,6 +79,7 @@ class Prismatic(Joint):
     one_sided: str | None = optional("text", choices=SIDES, doc=LIES)
     face_width: Number | None = optional("number", doc=WIDE, unit="m")
     clearance: Number | None = optional("number", doc="on each side of the block", unit="m")
+    limits: NumbersOrNone = optional("pair", doc=STOPS, unit="m")
 
     kind: ClassVar[str] = "prismatic"
     surfaces: ClassVar[tuple[tuple[str, ...], ...]] = (("contact_length",),)
@@ -116,6 +123,7 @@ class PinInSlot(Joint):
     shoe_length: Number | None = optional("number", doc="of a flat shoe on the pin", unit="m")
     contact_modulus: Number | None = optional("number", doc=STIFF, unit="Pa")
     clearance: Number | None = optional("number", doc="on each side of the pin", unit="m")
+    limits: NumbersOrNone = optional("pair", doc=STOPS, unit="m")
 
     kind: ClassVar[str] = "pin-in-slot"
     surfaces: ClassVar[tuple[tuple[str, ...], ...]] = (

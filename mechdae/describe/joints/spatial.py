@@ -67,7 +67,7 @@ class SpatialJoint(Joint):
 
     def with_number(self, entry: str, number: Number) -> Joint:
         name, _, axis = entry.partition(".")
-        if not axis:
+        if axis not in AXES:
             return super().with_number(entry, number)
         place = AXES.index(axis)
         old = getattr(self, name)
@@ -194,6 +194,7 @@ class SpatialRevolute(AxisPair):
     pin_radius: Number | None = _length("")
     contact_length: Number | None = _length(PLANES)
     collar_radius: Number | None = _length("mean radius at which an axial force rubs; absent: none")
+    limits: NumbersOrNone = optional("pair", doc="least and greatest angle", unit="rad")
 
     kind: ClassVar[str] = "revolute"
     letter: ClassVar[str] = "R"
@@ -220,6 +221,7 @@ class SpatialPrismatic(AxisPair):
     friction_static: Number | None = _at_rest()
     contact_length: Number | None = _length(PLANES)
     contact_width: Number | None = _length("2w, width that a moment about the axis turns on")
+    limits: NumbersOrNone = optional("pair", doc="least and greatest slide", unit="m")
 
     kind: ClassVar[str] = "prismatic"
     letter: ClassVar[str] = "P"

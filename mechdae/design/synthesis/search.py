@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mechdae.describe.file.problem import Problem
+from mechdae.describe.joints.limits import limited
 from mechdae.describe.mechanism import GROUND, Mechanism
 from mechdae.describe.tasks.constraints import Box, LimitConstraint, TransmissionAngle
 from mechdae.describe.tasks.goals import Extreme as AskedExtreme
@@ -33,6 +34,7 @@ from mechdae.design.synthesis.quantity import Quantity
 from mechdae.design.synthesis.robust.asked import nominal_notes, robust_goals
 from mechdae.design.synthesis.space import TURN, DesignSpace
 from mechdae.design.synthesis.starts.spread import Spread
+from mechdae.design.synthesis.stops import inside
 from mechdae.design.synthesis.trace import watched
 from mechdae.design.synthesis.verification.quantities import quantity_of
 from mechdae.design.synthesis.verify import sketched
@@ -105,8 +107,12 @@ class Search:
             b for asked in self.asked.of(TransmissionAngle) for b in asked.between if b != GROUND
         ]
 
+        stopped = limited(problem.mechanism.joints)
+        held += [body for joint in stopped for body in joint.bodies if body != GROUND]
+
         def asks(model: Model) -> dict[str, Sym]:
             found = {point: model.point(point) for point in boxed}
+            found |= inside(model, stopped, self.size)
             for goal in every:
                 found |= goal.asks(model)
             return found

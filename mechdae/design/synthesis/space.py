@@ -11,11 +11,13 @@ import casadi as ca
 import numpy as np
 
 from mechdae.describe.coordinate_kinds import UNIT
+from mechdae.describe.joints.limits import limited
 from mechdae.describe.tasks.constraints import Box, RatioConstraint, TransmissionAngle
 from mechdae.describe.tasks.synthesis import Demand
 from mechdae.design.synthesis.fourbar.loops import FourBar, four_bar
 from mechdae.design.synthesis.nlp import Nlp
 from mechdae.design.synthesis.poses import FreePoses
+from mechdae.design.synthesis.stops import STOP
 from mechdae.equations.parameters import parameters_of
 from mechdae.errors import InputError
 from mechdae.kernels.run.functions import Batch
@@ -244,22 +246,26 @@ class DesignSpace:
         )  # fmt: skip
 
     def _boxes(self, nlp: Nlp, values: Sym, around: tuple[Sym, Sym] | None = None) -> None:
-        """Keep points in their boxes, between nodes of a turn too: `around` are its neighbours.
+        """Keep points in boxes and joints within limits; `around`: neighbours on a turn.
 
         A parabola through three nodes is at most an eighth of their second difference beyond the
         middle one.
         """
-        for box in self.asked.of(Box):
-            for point in box.points:
-                place = self.poses.part(values, point) / self.size
-                if around is not None:
-                    last, after = (self.poses.part(other, point) / self.size for other in around)
-                    place = place - (last - 2 * place + after) / 8
-                low, high = (
-                    bound / self.size
-                    for bound in np.transpose(box.bounds(self.poses.mechanism.axes))
-                )
-                nlp.constrain(f"box of {point}", place, low, high, self.size)
+        held = [(f"box of {point}", point, np.transpose(box.bounds(self.poses.mechanism.axes)))
+                for box in self.asked.of(Box) for point in box.points]  # fmt: skip
+        held += [(name, name, np.array([0.0, np.inf])) for name in self.stops]
+        for label, name, (low, high) in held:
+            size = 1.0 if name in self.stops else self.size
+            place = self.poses.part(values, name) / size
+            if around is not None:
+                last, after = (self.poses.part(beside, name) / size for beside in around)
+                place = place - (last - 2 * place + after) / 8
+            nlp.constrain(label, place, low / size, high / size, size)
+
+    @property
+    def stops(self) -> list[str]:
+        """Names of what is not negative where joints are within their limits."""
+        return [STOP + joint.name for joint in limited(self.poses.mechanism.joints)]
 
     # -- limits of the design ------------------------------------------------------------------
 
@@ -289,7 +295,7 @@ class DesignSpace:
     @property
     def turn_needed(self) -> bool:
         """Whether poses of a whole turn are part of the problem."""
-        more = not self.single_loop or bool(self.asked.of(Box)) or bool(self.watched_limits)
+        more = not self.single_loop or any((self.asked.of(Box), self.watched_limits, self.stops))
         return self.asked.full_turn and more
 
     def limits(self, nlp: Nlp, d: Sym, sigma: Sym, kind: str) -> None:

@@ -30,6 +30,7 @@ DOTS: Dashes = (0.0, (1.5, 2.0))
 MARKS: dict[str, tuple[str, Dashes | str]] = {
     "limit": ("limit", style.DASH_DOT),
     "end_of_curve": ("end of the curve", style.DASH_DOT),
+    "stop": ("stop", style.DASH_DOT),
     "change_point": ("change point", DOTS),
     "singular": ("singular pose", DOTS),
     "stick": ("sticks", "s"),
@@ -142,7 +143,7 @@ def arcs_of(result: Result, axis: Abscissa) -> list[StatusArc]:
         if axis.rises:
             arcs += _failed(result, axis)
             known.update(LOST)
-    for word in ("unassembled", "singular", "jammed", "ambiguous"):
+    for word in ("unassembled", "singular", "jammed", "ambiguous", "stopped"):
         if word not in known:
             arcs += _runs(result.status, axis.values, word)
     return arcs

@@ -10,11 +10,12 @@ import numpy as np
 
 from mechdae.describe.expression import evaluate
 from mechdae.describe.tasks.kinds import Sweep
+from mechdae.motion.assembly.not_assembled import shown
 from mechdae.motion.continuation.evaluate import Poses, in_time
 from mechdae.motion.kinematics.prepared import Run, Setting
 from mechdae.numerics.roots import root_between
 from mechdae.records import dataclass
-from mechdae.types import Booleans, Floats, Json
+from mechdae.types import Booleans, Floats, Integers, Json
 
 if TYPE_CHECKING:
     from mechdae.describe.tasks.finds import Find
@@ -31,6 +32,8 @@ STENCIL = ((1, 3 / 4), (2, -3 / 20), (3, 1 / 60))
 SHARE = 1 / 4
 """Step of these differences by the distance of samples."""
 DOUBLINGS = 40
+SHOWN = 6
+"""Poses named in one sentence."""
 
 Values = Callable[[Floats], tuple[Floats, Floats, Floats]]
 """From places (k,) to an output, to the condition of the poses, and to where they lie."""
@@ -50,6 +53,13 @@ class SoughtOutput:
     f: Floats
     shift: Floats
     condition: float
+
+    @classmethod
+    def along(cls, s: Floats, value: Values) -> SoughtOutput:
+        """Return an output that is looked at in samples (n,)."""
+        f, condition, where = value(s)
+        worst = float(np.nanmax(condition[np.isfinite(f)], initial=1.0))
+        return cls(value, s, f, where - s, worst)
 
     @property
     def step(self) -> float:
@@ -143,6 +153,14 @@ class SoughtOutput:
         return math.nan
 
 
+def samples(run: Run) -> Floats:
+    """Return places of a run's path at which outputs are looked at, its poses and ends among."""
+    places = np.asarray(run.places)
+    low, high = float(places.min()), float(places.max())
+    inside = [end.s for end in run.path.ends if low < end.s < high]
+    return np.unique([*places, *np.linspace(low, high, SAMPLES), *inside])
+
+
 def located(
     finds: Sequence[Find], setting: Setting, run: Run, values: Callable[[str], Values]
 ) -> tuple[list[Json], list[str]]:
@@ -150,16 +168,13 @@ def located(
 
     `values` gives what is looked at by the text of a search.
     """
-    places, parameters = np.asarray(run.places), setting.scene.model.mechanism.parameter_values
-    low, high = float(places.min()), float(places.max())
-    inside = [end.s for end in run.path.ends if low < end.s < high]
-    s = np.unique([*places, *np.linspace(low, high, SAMPLES), *inside])
+    parameters = setting.scene.model.mechanism.parameter_values
+    s = samples(run)
     events, notes = list[Json](), list[str]()
     for i, find in enumerate(finds):
         value = values(find.output)
-        f, condition, where = value(s)
-        worst = float(np.nanmax(condition[np.isfinite(f)], initial=1.0))
-        sought_output = SoughtOutput(value, s, f, where - s, worst)
+        sought_output = SoughtOutput.along(s, value)
+        f = sought_output.f
         facts = {"name": find.name or find.output, "of": find.output, "in_range": True}
         if find.crosses is not None:
             level, count = evaluate(find.crosses, parameters), len(events)
@@ -168,7 +183,7 @@ def located(
                 if find.direction in ("both", direction):
                     event = {
                         "kind": "crossing",
-                        **_place(setting, run, place),
+                        **at_place(setting, run, place),
                         "bound": bound,
                         **facts,
                     }
@@ -181,7 +196,7 @@ def located(
                 notes.append(f"find[{i}]: {find.output} has no value over the range")
                 continue
             place, bound, top = extreme
-            event = {"kind": "extreme", **_place(setting, run, place), "bound": bound, **facts}
+            event = {"kind": "extreme", **at_place(setting, run, place), "bound": bound, **facts}
             events.append(event | {"value": top, "extreme": find.extreme})
     return events, notes
 
@@ -195,7 +210,7 @@ def _missed(find: Find, level: float, f: Floats) -> str:
     return f"{find.output} does not cross {level:.6g}{way}: it goes from {least:.6g} to {most:.6g}"
 
 
-def _place(setting: Setting, run: Run, place: float) -> Json:
+def at_place(setting: Setting, run: Run, place: float) -> Json:
     """Return the driver's value at a place, of several the list, and the time along a law."""
     u = run.path.drivers(np.array([place]))[0].tolist()
     timed = {"time": place} if setting.plan.timing else {}
@@ -242,3 +257,15 @@ def at_places(setting: Setting, run: Run, s: Floats) -> Poses:
             poses.y, *[rate[0, plan.lead] for rate in (plan.speed, plan.acceleration)]
         )
     return poses
+
+
+def named_poses(setting: Setting, run: Run, rows: Integers) -> str:
+    """Return the first of some poses by their driver, beside several of them by number."""
+    plan = setting.plan
+    if plan.by_value:
+        c = plan.coordinates[plan.lead]
+        places = [shown(c.unit, run.values[k, plan.lead]) for k in rows[:SHOWN]]
+        text = f"{c.text} = {', '.join(places)}"
+    else:
+        text = f"number {', '.join(str(k) for k in rows[:SHOWN])}"
+    return text + (f" and {len(rows) - SHOWN} more" if len(rows) > SHOWN else "")

@@ -79,6 +79,12 @@ def modes(problem: Problem, name: str, task: Modes) -> ModesResult:
     bounder = OutputBounds(found.assembler.graphs, found.outputs, certain.constants)
     bounds = bounder.by_kind(certain.error.T)
     summary, notes = _summary(found), lost + _notes(found)
+    status = np.where(certain.sure, Status.OK.value, Status.SINGULAR.value).astype("U9")
+    scene, p = found.assembler.scene, found.assembler.p
+    for beyond in scene.cases("stops") if listed else ():
+        faults = beyond(scene, certain.x, np.tile(found.u, (len(listed), 1)), p)
+        status[[k for k in faults if certain.sure[k]]] = Status.STOPPED.value
+        notes += [f"mode {','.join(listed[k].labels)}: {text}" for k, text in faults.items()]
     if notes:
         summary["notes"] = notes
     return ModesResult(
@@ -88,7 +94,7 @@ def modes(problem: Problem, name: str, task: Modes) -> ModesResult:
         problem.mechanism,
         problem.title,
         drivers=Named("driver", drivers),
-        status=np.where(certain.sure, Status.OK.value, Status.SINGULAR.value),
+        status=status,
         bound=Series({key: np.where(certain.sure, v, np.nan) for key, v in bounds.items()}),
         labels=tuple(mode.labels for mode in listed),
         summary=summary,

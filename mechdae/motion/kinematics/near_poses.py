@@ -111,7 +111,7 @@ class NearPoses:
         if found is None:
             return None
         y = in_time(found.y, *self._rates)
-        return of_certified(places, found, self.setting, y, lambda: found.y[1:2])
+        return of_certified(places, found, self.setting, y, lambda: found.y[1:2], p=begun.p)
 
     def _begin(self, numbers: dict[str, Number], u: float) -> StartState | None:
         """Return the assembled sketch with other numbers."""

@@ -13,10 +13,10 @@ from mechdae.motion.continuation.evaluate import Poses
 from mechdae.motion.kinematics.one_pose import ProvedPoses
 from mechdae.motion.kinematics.prepared import Setting
 from mechdae.records import dataclass
-from mechdae.types import Booleans, Floats, Integers, Points, Texts
+from mechdae.types import Booleans, Floats, Integers, Points, Texts, Unknowns
 
-STATUSES = np.array(["unassembled", "limit", "ok"])
-"""What poses are that are not found, limit positions, proved."""
+STATUSES = np.array(["unassembled", "limit", "ok", "stopped"])
+"""What poses are that are not found, limit positions, proved, beyond the limits of a joint."""
 
 
 class Moves(Protocol):
@@ -52,14 +52,15 @@ class PoseArrays:
     ok : (n,) array of bool
         Poses that are proved in all groups.
     status : (n,) array of str
-        ``ok``, ``limit`` at a limit position, ``unassembled`` where no proved motion leads to.
+        ``ok``, ``limit`` at a limit position, ``unassembled`` where no proved motion leads to,
+        ``stopped`` where a joint is beyond its limits.
     error : (n, nx) array
         Bounds of the unknowns' errors.
     condition : (n,) array
     node : PoseState or None
         Of a single pose of several drivers: where the next one begins.
     faults : dict
-        Row -> why it has no pose, of rows whose numbers make no mechanism or do not assemble.
+        Row -> which limit a joint is beyond, or why its numbers make no mechanism.
     """
 
     u: Floats
@@ -114,7 +115,8 @@ def of_poses(
     ok = alive & ~poses.at_limit
     status = STATUSES[np.where(ok, 2, 1 * poses.at_limit)]
     condition = np.where(alive, poses.condition, np.nan)
-    return PoseArrays(u, ok, status, poses.error, condition, setting, y, slopes, node)
+    faults = _stopped(setting, poses.x, u, setting.assembler.p, ok, status)
+    return PoseArrays(u, ok, status, poses.error, condition, setting, y, slopes, node, faults)
 
 
 def of_certified(
@@ -124,11 +126,24 @@ def of_certified(
     y: list[Floats],
     slopes: Callable[[], list[Floats]],
     node: PoseState | None = None,
+    p: Floats | None = None,
 ) -> PoseArrays:
-    """Return the arrays of poses that are all certified."""
+    """Return the arrays of poses that are all certified, `p` are numbers not the setting's."""
     n = len(found.condition)
     ok, status = np.ones(n, bool), STATUSES[np.full(n, 2)]
-    return PoseArrays(u, ok, status, found.error, found.condition, setting, y, slopes, node)
+    faults = _stopped(setting, found.x, u, setting.assembler.p if p is None else p, ok, status)
+    return PoseArrays(u, ok, status, found.error, found.condition, setting, y, slopes, node, faults)
+
+
+def _stopped(
+    setting: Setting, x: Unknowns, u: Floats, p: Floats, ok: Booleans, status: Texts
+) -> dict[int, str]:
+    """Mark poses with a joint beyond its limits; return which limit, by row."""
+    faults: dict[int, str] = {}
+    for beyond in setting.scene.cases("stops"):
+        faults = beyond(setting.scene, x, u.reshape(len(x), -1), p)
+        ok[list(faults)], status[list(faults)] = False, STATUSES[3]
+    return faults
 
 
 def of_rows(
@@ -150,6 +165,7 @@ def of_rows(
     graphs, width = setting.graphs, setting.outputs.expression.numel()
     for rows, part in parts:
         ok[rows], status[rows] = part.ok, part.status
+        faults = {**faults, **{int(rows[k]): text for k, text in part.faults.items()}}
     y = [whole(lambda part, k=k: part._y[k], width) for k in range(orders)]  # type: ignore[misc]
 
     def slopes() -> list[Floats]:

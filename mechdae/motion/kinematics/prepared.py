@@ -31,7 +31,7 @@ from mechdae.motion.setup.outputs import Outputs, Request
 from mechdae.motion.setup.scales import Constants, divisors, driver_size
 from mechdae.records import dataclass
 from mechdae.results import Summary
-from mechdae.types import Floats, Json, Unknowns
+from mechdae.types import Booleans, Floats, Json, Unknowns
 
 GROWTHS = 8
 SAFE = 0.75
@@ -115,6 +115,9 @@ class Run:
     summary: Summary
     found: Measured = field(default_factory=Measured)
     spans: Spans | None = None
+    stopped: Booleans | None = None
+    """Poses (n,) with a joint beyond its limits, of which `fault` says so."""
+    fault: str | None = None
 
     @property
     def start(self) -> tuple[Floats, Floats]:

@@ -42,8 +42,7 @@ def sorted_events(events: Iterable[Mapping[str, Any]], moving: int = 0) -> list[
 
 def report(problem: Problem, name: str, task: Sweep, setting: Setting, run: Run) -> SweepResult:
     plan, poses, outputs = setting.plan, run.poses, setting.outputs
-    status = _status(run.path, poses)
-    found = run.found
+    status, found = _status(run.path, poses), run.found
     words = outputs.bound_words
     named: dict[str, Any] = outputs.named(poses.y, found.series)
     named["centres"] = Series(found.centres)
@@ -55,12 +54,13 @@ def report(problem: Problem, name: str, task: Sweep, setting: Setting, run: Run)
         there = [array[:, columns] for array in poses.y]
         values, lost = expressions.evaluate(there, time, certified)
         named["outputs"], lost = expressions.reported(values), expressions.notes + lost
-    some = None if poses.fine else certified
+    some, failed = None if poses.fine else certified, list[Json]()
     if some is not None:
         poses.condition[~some] = np.nan
-    failed = []
     if status.any() and among(status, LOST).any():
         failed = faults.failed_intervals(setting, run, status)
+    if run.stopped is not None:
+        status[run.stopped & certified] = CODES[Status.STOPPED]
     summary = run.summary.copy()
     summary["poses"] = len(status)
     summary["status"] = counts(status)
@@ -93,7 +93,7 @@ def report(problem: Problem, name: str, task: Sweep, setting: Setting, run: Run)
     events, rollers = list[Json](), list[Json]()
     for cut_events in setting.scene.cases("cut events"):
         events, rollers = cut_events(setting, run)
-    fault: str | LazyPart | None = None
+    fault: str | LazyPart | None = run.fault
     if len(status) and status[0] == CODES[Status.UNASSEMBLED]:  # its modes are looked for
         fault = LazyPart(lambda: {"fault": faults.fault(setting, run, status, failed, rollers)})
     elif failed or rollers:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -141,7 +142,8 @@ class Tracker:
                 found += [each.y[1] for each in (self._one.solved(*given),) if each is not None]
             return found
 
-        return of_certified(values[None, :], pose, self.setting, pose.y, slopes, after)
+        found = of_certified(values[None, :], pose, self.setting, pose.y, slopes, after)
+        return found if found.ok[0] else replace(found, node=node)
 
     def reached(self, node: PoseState, values: Floats) -> tuple[PoseState, PoseNumbers] | None:
         """Return the node at drivers' values (nd,) after a few proved steps, None without.
@@ -213,5 +215,7 @@ class Tracker:
 
         poses = evaluated(rates)
         if len(rows) == 1 and poses.alive.all() and not poses.at_limit.any():
-            node = self._begun(rows[0], fan.nodes[1], fan.constants)
+            reached = self._begun(rows[0], fan.nodes[1], fan.constants)
+            found = of_poses(rows, poses, setting, poses.y, slopes, reached)
+            return found if found.ok[0] else replace(found, node=node)
         return of_poses(rows, poses, setting, poses.y, slopes, node if len(rows) == 1 else None)

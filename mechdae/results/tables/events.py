@@ -15,7 +15,7 @@ def event_lines(result: Result, each: list[str], noise: dict[str, float]) -> lis
     wheels = pairs_of_wheels(result)
     for event in result.events:
         if event["in_range"]:
-            digits = 12 if event["kind"] in ("limit", "end_of_curve", "crossing") else 6
+            digits = 12 if event["kind"] in ("limit", "end_of_curve", "crossing", "stop") else 6
             word = event["kind"].replace("_", " ")
             place = driver_value(event["at"], each, digits, units)
             if "time" in event:
@@ -65,6 +65,9 @@ def _happens(event: Event, noise: dict[str, float], wheels: Collection[str], uni
         if event["kind"] == "extreme":
             word = f"{event['extreme']} {event['value']:.9g}"
         return f"{event['name']} {word}"
+    if event["kind"] == "stop":
+        shown = units.of("rad" if event["of"].endswith("angle") else "m")
+        return f"{event['of']} is at its limit of {event['value'] * shown.factor:.9g} {shown.name}"
     if event["kind"] == "lift_off":
         return lift_off(event, wheels, units)
     if "point" in event:  # the cusp of a point's path; that of a motion belongs to a group

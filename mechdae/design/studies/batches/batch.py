@@ -130,6 +130,8 @@ class SeriesBatch:
         if setting.scene.redundant or graphs.contacts:
             names = ", ".join(group.name for group in setting.scene.redundant)
             return f"group {names} has superfluous equations" if names else "a joint is on a curve"
+        if setting.scene.cases("stops"):
+            return "a joint has limits"
         form = closed_form(graphs, setting.scene.model.p_values)
         if not isinstance(form, ClosedForm):
             groups = {graphs.blocks[b].block.group for b in form}

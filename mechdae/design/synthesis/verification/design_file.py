@@ -11,6 +11,7 @@ import numpy as np
 
 from mechdae.describe.coordinates import coordinate
 from mechdae.describe.file.problem import Problem
+from mechdae.describe.joints.limits import limited
 from mechdae.describe.mechanism import Mechanism
 from mechdae.describe.table import Table
 from mechdae.describe.tasks.kinds import Driver, Sweep, Task
@@ -91,6 +92,8 @@ class DesignFile:
         found, bad = self._swept(task)
         if found is None:
             return None, [f"does not assemble: {bad}"]
+        if found.summary.get("stopped"):
+            return found, [str(found.fault)]
         return found, [f"{bad} of {len(at)} poses are not reached on one branch"] if bad else []
 
     def _swept(self, task: Sweep) -> tuple[Result | None, Any]:
@@ -128,12 +131,15 @@ class DesignFile:
     def _ranged(self, low: float, high: float) -> tuple[Result | None, list[str]]:
         task = Sweep(
             driven(self.driver, low, high), poses=None if low == high else POSES,
-            outputs=self.boxed or None, derivatives=2,
+            outputs=None if limited(self.problem.mechanism.joints) else self.boxed or None,
+            derivatives=2,
             measures=("transmission",) if self.dyads else (),
         )  # fmt: skip
         found, lost = self._swept(task)
         if found is None:
             return None, [f"does not move over its range: {lost}"]
+        if found.summary.get("stopped"):
+            return found, [str(found.fault)]
         if lost or (self.full_turn and found.summary.get("limits")):
             word = "turn fully" if self.full_turn else "run over its range"
             return found, [f"the input does not {word} on one circuit"]

@@ -16,8 +16,8 @@ from mechdae.equations.model import FUNCTIONS
 from mechdae.equations.reduction import Scene
 from mechdae.kernels.graphs.driver_curve import DriverCurve
 from mechdae.kernels.run.functions import Batch
-from mechdae.motion.assembly.not_assembled import shown
 from mechdae.motion.continuation.evaluate import Evaluator, Poses
+from mechdae.motion.kinematics.finds import named_poses
 from mechdae.motion.kinematics.prepared import Run, Setting
 from mechdae.types import Floats, Integers
 
@@ -27,7 +27,6 @@ SAMPLES = 257
 SAME = 1e-9
 """Share of the largest derivative within which those of two sides are the same."""
 NEAR = 64 * np.finfo(float).eps
-SHOWN = 6
 
 
 def without_two_values(setting: Setting, run: Run) -> None:
@@ -41,21 +40,9 @@ def without_two_values(setting: Setting, run: Run) -> None:
         lost = _hide(run.evaluator, run.poses, group.index, order)
         if lost.size:
             setting.notes.append(
-                f"joint {name}: poses at corners of the curve, {_named(setting, run, lost)}: "
+                f"joint {name}: poses at corners of the curve, {named_poses(setting, run, lost)}: "
                 "rates that differ on the two sides are not given"
             )
-
-
-def _named(setting: Setting, run: Run, rows: Integers) -> str:
-    """Return the first of some poses by their driver, beside several of them by number."""
-    plan = setting.plan
-    if plan.by_value:
-        c = plan.coordinates[plan.lead]
-        places = [shown(c.unit, run.values[k, plan.lead]) for k in rows[:SHOWN]]
-        text = f"{c.text} = {', '.join(places)}"
-    else:
-        text = f"number {', '.join(str(k) for k in rows[:SHOWN])}"
-    return text + (f" and {len(rows) - SHOWN} more" if len(rows) > SHOWN else "")
 
 
 def _hide(evaluator: Evaluator, poses: Poses, group: int, order: Integers) -> Integers:

@@ -16,6 +16,8 @@ import numpy as np
 
 from mechdae import __version__
 from mechdae.describe import GROUND, Joint, coordinate
+from mechdae.describe.joints.joint import LIMITS, TURN
+from mechdae.describe.joints.limits import limited
 from mechdae.describe.joints.spatial import SpatialJoint
 from mechdae.errors import MechdaeError, UnavailableError
 from mechdae.parts.exchange.robots.couplings import couplings_of
@@ -58,6 +60,8 @@ class LinkTree:
     edges: dict[str, TreeEdge] = field(default_factory=dict)
     loops: list[LoopJoint] = field(default_factory=list)
     couplings: list[Coupling] = field(default_factory=list)
+    limited: set[str] = field(default_factory=set)
+    """Joints whose limits were asked for."""
 
     def children(self, parent: str) -> list[TreeEdge]:
         """Return the joints that hang on a link."""
@@ -87,6 +91,26 @@ class LinkTree:
         for k, (start, end) in enumerate(itertools.pairwise(places)):
             if float(np.linalg.norm(end - start)) > self.rod:
                 yield k, start, end
+
+    def limits(self, motion: ElementaryMotion) -> tuple[float, float] | None:
+        """Return the limits of a motion, an angle's on the turn of its value; None without."""
+        joint = self.motion.mechanism.joints.get(motion.coordinate.partition(".")[0])
+        if joint is None or motion.coordinate != f"{joint.name}.{joint.usual}":
+            return None
+        values = self.motion.mechanism.values()
+        found = [values[f"{joint.name}.{end}"] for end in LIMITS if f"{joint.name}.{end}" in values]
+        if not found:
+            return None
+        self.limited.add(joint.name)
+        low, high = found
+        near = round((motion.start - (low + high) / 2) / TURN)
+        turns = TURN * near if motion.kind == "hinge" and high - low < TURN else 0.0
+        return low + turns, high + turns
+
+    def limits_left_out(self) -> list[str]:
+        """Return the joints whose limits were not asked for: they close loops."""
+        joints = limited(self.motion.mechanism.joints)
+        return [f"limits of {joint.name}" for joint in joints if joint.name not in self.limited]
 
     @property
     def rod(self) -> float:
@@ -141,7 +165,8 @@ def _chosen(motion: ExportedMotion) -> list[tuple[Joint, bool]]:
 
     def rank(joint: Joint) -> tuple[int, int]:
         known = RANKS.get(joint.kind, 9)
-        if joint.name in driven or (racks and joint.guide):  # what racks run along are slides
+        # what racks run along are slides, and loops keep no limits
+        if joint.name in driven or (racks and joint.guide) or getattr(joint, "limits", None):
             known = -1
         return known, places[joint.name]
 

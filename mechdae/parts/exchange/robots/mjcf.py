@@ -58,6 +58,8 @@ class _Model:
             self._couple(coupling.joint, dict(coupling.factors))
         self._equations()
         self._drive()
+        if left := tree.limits_left_out():
+            remark(root, f"not in this file: {', '.join(left)}: loops hold none")
         return document(root)
 
     def _head(self) -> None:
@@ -128,6 +130,8 @@ class _Model:
             given["pos"] = motion.anchor
             if motion.kind != "ball":
                 given |= {"axis": motion.axis, "ref": motion.start}
+            if limits := self.tree.limits(motion):
+                given["range"] = limits
             if motion.coordinate in driven:
                 given["armature"] = driven[motion.coordinate].armature(STEP)
             put(body, "joint", **given)

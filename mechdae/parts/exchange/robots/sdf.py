@@ -63,6 +63,8 @@ class _World:
         for coupling in tree.couplings:
             self._gear(coupling.joint)
         self._drive()
+        if left := tree.limits_left_out():
+            remark(self.model, f"not in this file: {', '.join(left)}: loops hold none")
         return document(self.root)
 
     def _drive(self) -> None:
@@ -139,11 +141,12 @@ class _World:
                 axis = put(joint, "axis")
                 put(axis, "xyz", numbers(single.axis))
                 self.names[single.motion.coordinate] = single.name
-                for one in self.actuators:
-                    if one.coordinate == single.motion.coordinate:
-                        limit = put(axis, "limit")
-                        put(limit, "lower", number(one.low - one.start))
-                        put(limit, "upper", number(one.high - one.start))
+                start = single.motion.start
+                driven = {one.coordinate: (one.low, one.high) for one in self.actuators}
+                reach = self.tree.limits(single.motion) or driven.get(single.motion.coordinate)
+                for tag, value in zip(("lower", "upper"), reach or (), strict=False):
+                    limit = axis.find("limit")
+                    put(put(axis, "limit") if limit is None else limit, tag, number(value - start))
 
     def _is_screw(self, single: ChainJoint) -> bool:
         joint = self.motion.mechanism.joints.get(single.name.removesuffix("_slide"))

@@ -112,6 +112,8 @@ class _Robot:
                 self._joint(joint, above)
                 above = joint.frame
         self._drive(actuators(tree)[0])
+        if left := tree.limits_left_out():
+            remark(self.root, f"not in this file: {', '.join(left)}: loops hold none")
         return document(self.root)
 
     def _drive(self, found: list[Actuator]) -> None:
@@ -153,7 +155,8 @@ class _Robot:
         kind = "fixed"
         if motion is not None:
             self.names[motion.coordinate] = joint.name
-            kind = "prismatic" if motion.kind == "slide" else "continuous"
+            turning = "revolute" if self.tree.limits(motion) else "continuous"
+            kind = "prismatic" if motion.kind == "slide" else turning
         entry = put(self.root, "joint", name=joint.name, type=kind)
         R, shift = joint.frame.R, np.zeros(3)
         if motion is not None and motion.kind == "slide":
@@ -167,8 +170,8 @@ class _Robot:
         if motion is None:
             return
         put(entry, "axis", xyz=joint.axis)
-        low, high = self._reach(motion)
-        if motion.kind == "slide":
+        if kind != "continuous":
+            low, high = self.tree.limits(motion) or self._reach(motion)
             put(entry, "limit", lower=low, upper=high, effort=1000, velocity=1000)
         else:
             put(entry, "limit", effort=1000, velocity=1000)

@@ -1,0 +1,1 @@
+"""Joints that move between limits."""

@@ -1,0 +1,11 @@
+"""What limits of joints add."""
+
+from __future__ import annotations
+
+from mechdae.additions import Added, Adds
+
+HERE = "mechdae.motion.cases.stops"
+ADDS: Adds = {
+    "runs": {"limits": Added(f"{HERE}.stops:mark")},
+    "stops": {"limits": Added(f"{HERE}.stops:beyond")},
+}
