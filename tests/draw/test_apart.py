@@ -46,6 +46,8 @@ def test_groups_apart_are_to_one_scale_with_their_outer_pairs(dark: bool) -> Non
     outer = {gid for gid in found if gid.startswith("outer-")}
     assert outer == {f"outer-{name}" for name in ("O", "A", "G", "BC", "guide", "BE", "F")}
     rings = {gid: middle(found[gid][0]) for gid in outer - {"outer-guide"}}
+    (left, right), (low, high) = axes.get_xlim(), axes.get_ylim()
+    assert all(left < x < right and low < y < high for x, y in rings.values())
     pin = middle(found["joint-E-pin"][0])
     assert np.hypot(*(pin - rings["outer-F"])) == pytest.approx(LENGTHS["EF"])
     assert np.hypot(*(pin - rings["outer-BE"])) == pytest.approx(LENGTHS["BE"])
@@ -69,7 +71,8 @@ def test_one_group_and_its_pictures_are_named_by_a_beginning() -> None:
 def test_all_planar_groups_are_drawn_apart() -> None:
     """Wheels, cams, slots, welds, cylinders, groups of class III, without a word of failure."""
     for name in ("geared-five-bar", "wankel-rotor", "planetary-gear-train", "scotch-yoke",
-                 "oscillating-cylinder", "double-watt", "cam-roller-follower"):  # fmt: skip
+                 "oscillating-cylinder", "double-watt", "cam-roller-follower",
+                 "sarich-engine"):  # fmt: skip
         problem = md.load(name)
         task = next(own for own, task in problem.tasks.items() if task.kind == "sweep")
         result = md.solve(problem, task, poses=5)

@@ -40,6 +40,7 @@ def test_systems_of_the_article_have_its_solutions() -> None:
     Its a_C, v_E and what follows are off by slips, so those are solved here once more.
     """
     told = md.explain("gorshkov-seven-link", "pose")
+    assert all((own.gap or 0.0) < 1e-12 for own in formulas(told))
     systems = printed_systems(told)
     assert len(systems) == 6
     for matrix, right, sizes in systems:

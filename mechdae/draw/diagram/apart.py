@@ -138,8 +138,9 @@ def pieces_of(
     earlier = {GROUND}
     pieces = []
     for name, bodies in found:
-        if alone in (None, name) and all(scene.shown(body, pose) for body in bodies):
-            pieces.append(_piece(scene, pose, name, bodies, earlier, _about(entries, name, words)))
+        there = tuple(body for body in bodies if scene.shown(body, pose))
+        if alone in (None, name) and there:
+            pieces.append(_piece(scene, pose, name, there, earlier, _about(entries, name, words)))
         earlier |= set(bodies)
     if not pieces:
         raise InputError(
@@ -227,7 +228,8 @@ def draw_pieces(
         for own in [own for own in piece.outer if not own.meshes]:
             _ring(sheet, moved, own, pose)
         if view.labels:
-            rows = writings(sheet, moved, pose, places, parts, marks, names)
+            letters = letters_of(moved, pose, places) | names
+            rows = writings(sheet, moved, pose, places, parts, marks, letters)
             strange = {f"number-{name}" for name in piece.strangers}
             once = {(row.kind, row.text, row.index): row for row in reversed(rows)}
             texts += [row for row in once.values() if row.gid not in strange]
