@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from mechdae.errors import InputError
-from mechdae.forces.formula_changes import ROUNDING, State, kinks_of
+from mechdae.forces.formula_changes import ROUNDING, State, fastest, kinks_of
 from mechdae.forces.inverse_dynamics import InverseDynamics
 from mechdae.forces.pose_forces import PoseForces
 from mechdae.forces.poses import Moving
@@ -76,17 +76,21 @@ def cycle(statics: InverseDynamics, moving: Moving, answer: PoseForces) -> tuple
     way = high - low
     flow = np.nan_to_num(np.abs(known[coupled and not jammed])).mean(axis=0) * way
     gross = float(flow.max(initial=0.0))
+    forces = answer.whole.reactions[..., : len(statics.scene.model.space.axes)]
+    most = float(np.nan_to_num(np.abs(forces)).max(initial=0.0))  # also where none has any power
+    rounded = max(gross, most * fastest(statics, answer.motion) * way)
 
     def sizes(
         found: Floats,
     ) -> Any:  # the mean power of masses alone is zero, that in and out is not
         return np.maximum(np.abs(found), np.where(np.arange(len(found)) < DRIVER, flow, 0.0))
 
-    total, error = integrate(powers, charts, sizes, lambda found: np.full(len(found), gross))
+    total, error = integrate(powers, charts, sizes, lambda found: np.full(len(found), rounded))
     total[np.abs(total) <= ROUNDING * gross] = 0.0
     off = (error + EPSILON * gross) / way
     figures |= _figures(statics.balance.lossy, total / way, off, coupled, jammed)
-    share = error / np.maximum(sizes(total), SMALL * gross) if gross else np.zeros(len(error))
+    least = max(SMALL * gross, NO_POWER * rounded)
+    share = error / np.maximum(sizes(total), least) if gross else np.zeros(len(error))
     figures["quadrature_error"] = off = float(share.max(initial=0.0))
     if not np.isfinite(total).all():
         faults.append(

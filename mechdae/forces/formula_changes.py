@@ -11,9 +11,10 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.forces.inverse_dynamics import InverseDynamics
+from mechdae.forces.inverse_dynamics import InverseDynamics, LoadedPoses
 from mechdae.forces.pose_forces import PoseForces, solved
 from mechdae.forces.poses import Moving
+from mechdae.kernels.graphs.kinetostatics import SPEEDS
 from mechdae.numerics.changes import Guide, arcs_of, changes
 from mechdae.types import Booleans, Floats, Integers
 
@@ -24,6 +25,13 @@ CLOSE = 2 * SAMPLES
 ROUNDING = 1e-12
 """Share of the losses, or of what goes in and out, that a power has to reach to have a sign."""
 FLAGS = ("jammed", "ambiguous", "locking")
+
+
+def fastest(statics: InverseDynamics, motion: LoadedPoses) -> float:
+    """Return the largest speed at poses [m/s], of angles by a length of the mechanism."""
+    slipping = statics.batch("slipping", lambda: statics.balance.slipping, SPEEDS)
+    turning, moving = np.nan_to_num(slipping(motion.w, motion.v, statics.p)[1]).T
+    return float(np.maximum(moving, turning * statics.length).max(initial=0.0))
 
 
 class State:

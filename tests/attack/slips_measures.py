@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 from math import acos, asin, hypot, pi, sqrt
 
 import numpy as np
 
 import mechdae as md
+from mechdae.numerics.changes import changes
 from tests.shared.planting import Slip
 
 R, L, E = 0.1, 0.3, 0.04
@@ -140,6 +142,57 @@ def centre() -> float:
     ) / 1e-8  # fmt: skip
 
 
+def worn() -> float:
+    """A heavy crank presses on its pin with m r w^2 all the time."""
+    mass, speed, pin, width = 2.0, 30.0, 0.02, 0.03
+    mechanism = md.Mechanism(
+        ground=md.Ground({"O": (0, 0)}),
+        bodies=[md.Body("crank", {"O": (0, 0)}, mass=mass, center=(R, 0))],
+        joints=[md.Revolute("O", "ground.O", "crank.O", pin_radius=pin, face_width=width)],
+    )
+    driver = md.Driver("crank.angle", from_=0.0, to=4 * pi, speed=speed)
+    wear = md.solve(mechanism, md.Reactions(driver=driver, cycle=True)).summary["wear"]["O"]
+    pressure = mass * R * speed**2 / (2 * pin * width)
+    expected = {"peak_pressure": pressure, "peak_pv": pressure * pin * speed,
+                "mean_pv": pressure * pin * speed, "sliding_distance": 4 * pi * pin}  # fmt: skip
+    return max(abs(wear[word] / value - 1) for word, value in expected.items()) / 1e-9
+
+
+def hollow() -> float:
+    """A seal on the long axis of its housing, which is hollow there."""
+    problem = md.load("wankel-rotor")
+    n = problem.mechanism.values()
+    tip, width, modulus = 0.003, 0.08, 2e11
+    joints = dict(problem.mechanism.joints)
+    joints["housing0"] = replace(
+        joints["housing0"], tip_radius=tip, face_width=width, contact_modulus=modulus
+    )
+    task = problem.tasks["cycle"]
+    driver = replace(task.driver, from_=None, to=None, at=(0.0,))
+    mechanism = replace(problem.mechanism, joints=joints)
+    forces = replace(task, driver=driver, poses=None, cycle=False)
+    found = md.solve(replace(problem, mechanism=mechanism), forces).joints["housing0"].pressure[0]
+    force = n["S"] + n["m_seal"] * (n["omega"] / 3) ** 2 * (n["R"] - n["d"] + 9 * n["e"])
+    bend = (n["R"] + 9 * n["e"]) / (n["R"] + 3 * n["e"]) ** 2
+    expected = sqrt(force / width * modulus / (2 * pi) * (1 / tip - bend))
+    return abs(found / expected - 1) / 1e-9
+
+
+def steps() -> float:
+    """Changes that are lost where each interval has two: a step, and a sign."""
+    grid = np.arange(0.0, 41.0)
+
+    def look(places):
+        waves = np.sin(pi * (places - 0.5))
+        marks = np.stack([np.floor(places), np.sign(waves)], axis=1).astype(int)
+        return marks, np.stack([places, waves], axis=1)
+
+    guides = [("", slice(0)), ("sign", slice(1, 2))]
+    places = np.array([place for place, _, _ in changes(grid, *look(grid), guides, look)])
+    expected = np.arange(0.5, 40.5, 0.5)
+    return float(np.abs(places[:, None] - expected).min(axis=0).max()) / 1e-12
+
+
 SLIPS = [
     Slip(
         "motion.measures.strokes",
@@ -267,4 +320,20 @@ SLIPS = [
         places,
         "forces/test_outputs_of_forces.py::test_places_of_a_slider_crank_are_those_of_the_closed_form",
     ),
-]
+    Slip(
+        "forces.wear.wear", "pv / (high - low)", "pv", worn,
+        "forces/test_wear.py::test_pins_and_a_block_of_a_slider_crank",
+    ),
+    Slip(
+        "forces.wear.wear", "way / speed", "way", worn,
+        "forces/test_wear.py::test_pins_and_a_block_of_a_slider_crank",
+    ),
+    Slip(
+        "forces.wear.surfaces", "tip - side * curve", "tip + side * curve", hollow,
+        "forces/test_wear.py::test_the_seal_of_a_wankel_rotor",
+    ),
+    Slip(
+        "numerics.changes", "EACH * len(k)", "len(k)", steps,
+        "forces/test_cycle.py::test_no_change_is_lost_where_every_interval_has_one",
+    ),
+]  # fmt: skip

@@ -88,6 +88,20 @@ def test_kinks_away_from_the_poses() -> None:
         assert np.abs(other - found[0]).max() < 1e-12
 
 
+def test_a_crank_that_only_presses_on_its_pin_has_no_power() -> None:
+    """What its driver gives is rounding, which no finer panel makes smaller."""
+    crank = md.Body("crank", {"O": (0, 0)}, mass=2.0, center=(0.1, 0))
+    mechanism = md.Mechanism(
+        ground=md.Ground({"O": (0, 0)}),
+        bodies=[crank],
+        joints=[md.Revolute("O", "ground.O", "crank.O")],
+    )
+    driver = md.Driver("crank.angle", from_=0.0, to=4 * np.pi, speed=30.0)
+    result = md.solve(mechanism, md.Reactions(driver=driver, cycle=True))
+    assert abs(result.summary["useful"]) < 1e-12
+    assert not result.fault
+
+
 def test_no_change_is_lost_where_every_interval_has_one() -> None:
     """Rows of a table at all poses, and zeros between them: more changes than intervals."""
     grid = np.arange(0.0, 41.0)

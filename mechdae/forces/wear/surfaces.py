@@ -24,12 +24,15 @@ from mechdae.equations.forces.friction import (
 from mechdae.equations.forces.generalised import spin
 from mechdae.equations.joints import Ends
 from mechdae.equations.model import Model
+from mechdae.forces.formula_changes import fastest
 from mechdae.forces.inverse_dynamics import InverseDynamics, Loaded, LoadedPoses
 from mechdae.kernels.graphs.kinetostatics import SPEEDS
 from mechdae.records import dataclass
 from mechdae.types import Floats, Sym
 
 SX = ca.SX
+NOTHING = 1e-12
+"""Share of the largest force, or speed, of the mechanism that is rounding."""
 
 
 @dataclass(frozen=True)
@@ -112,10 +115,19 @@ SURFACES: dict[str, Callable[[Model, Ends], Surface]] = {
 
 
 class Surfaces:
-    """The contacts of a scene whose surfaces are given, as functions of poses and forces."""
+    """The contacts of a scene whose surfaces are given, as functions of poses and forces.
 
-    def __init__(self, statics: InverseDynamics, names: list[str]) -> None:
+    `motion`, `loaded`: poses that tell forces and speeds from rounding: up to ``loose`` [N] and
+    ``still`` [m/s] they are none.
+    """
+
+    def __init__(
+        self, statics: InverseDynamics, names: list[str], motion: LoadedPoses, loaded: Loaded
+    ) -> None:
         self.statics, self.names = statics, names
+        self.still = NOTHING * fastest(statics, motion)
+        forces = np.nan_to_num(loaded.reactions[..., :2])
+        self.loose = NOTHING * float(np.abs(forces).max(initial=0.0))
         balance, joints = statics.balance, statics.scene.model.mechanism.joints
         self._rows = [balance.joints.index(name) for name in names]
         self._hinges = np.array([joints[name].hinge for name in names])
@@ -145,6 +157,8 @@ class Surfaces:
         force = np.where(self._hinges, np.hypot(reactions[..., 0], reactions[..., 1]), 0.0)
         force = np.maximum(force, np.maximum(np.abs(normals), self._tilting(numbers, reactions)))
         speeds = np.where(normals >= 0, numbers[..., 0], numbers[..., 1])
+        force = np.where(force <= self.loose, 0.0, force)
+        speeds = np.where(np.abs(speeds) <= self.still, 0.0, speeds)
         return numbers, normals, force, speeds
 
     @staticmethod

@@ -23,8 +23,6 @@ from mechdae.results.series import LazyPart, Summary
 from mechdae.types import Floats, Integers, Json
 
 WORDS = ("pressure", "sliding_speed", "pv")
-NOTHING = 1e-12
-"""Share of the largest force, or sliding speed, of the contacts that is rounding."""
 INSIDE = 1e-12
 """Share of its width by which one keeps inside an interval between kinks."""
 LEAST = 8
@@ -50,7 +48,7 @@ def along(
     open_ones = ", ".join(name for name in every if name not in names)
     notes = [f"{open_ones}: no pressure, the reaction is not unique"] if open_ones else []
     if names:
-        surfaces = Surfaces(statics, names)
+        surfaces = Surfaces(statics, names, answer.motion, answer.whole)
         values = surfaces.at(answer.motion, answer.whole)
         values[~answer.standing] = np.nan
         notes += [
@@ -73,16 +71,14 @@ class WearState(State):
     def __init__(self, loaded: LoadedRun, answer: PoseForces, surfaces: Surfaces) -> None:
         super().__init__(loaded.statics, loaded.moving)
         self.surfaces, self.coupled = surfaces, answer.coupled
-        _, _, force, speeds = surfaces.parts(answer.motion, answer.whole)
-        rows = answer.standing
-        self._least = [NOTHING * np.abs(part[rows]).max(initial=0.0) for part in (force, speeds)]
 
     def marks(self, here: PoseForces) -> tuple[Integers, Floats, list[Guide]]:
         marks, values, guides = super().marks(here)
         numbers, normals, force, speeds = self.surfaces.parts(here.motion, here.whole)
         tilts = np.where(numbers[..., 6] > 0, force - np.abs(normals), 0.0)
-        parts = zip((normals, tilts, speeds), [self._least[0]] * 2 + [self._least[1]], strict=True)
-        added = np.hstack([np.where(np.abs(part) > least, part, 0.0) for part, least in parts])
+        loose = self.surfaces.loose
+        pressed = (np.where(np.abs(part) > loose, part, 0.0) for part in (normals, tilts))
+        added = np.hstack([*pressed, speeds])
         added = np.nan_to_num(added)
         start = values.shape[1]
         guides += [("sign", slice(start + k, start + k + 1)) for k in range(added.shape[1])]
