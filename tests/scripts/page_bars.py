@@ -253,7 +253,7 @@ def summed(table: dict[str, Any], version: str) -> dict[str, Any]:
         "small": len(small),
         "small_frame_ms": [round(of([p["frame_ms"] for p in small]), 1) for of in MIDDLE_AND_MOST],
         "small_played": statistics.median(entry["played"] for entry in small),
-        "letters": round(statistics.mean(entry["letters"] or 0.0 for entry in live), 4),
+        "letters": round(statistics.mean(entry.get("letters") or 0.0 for entry in live), 4),
         "said": sum(len(entry["said"]) for entry in table.values()),
         "too_wide": [
             n for n, entry in table.items() if entry["too_wide_320"] or entry["too_wide_390"]

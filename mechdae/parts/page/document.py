@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import base64
 import html
-import json
 from collections.abc import Mapping
 from dataclasses import fields, replace
 from pathlib import Path as FilePath
@@ -405,19 +404,3 @@ def _recorded(result: Result, most: int, angles: Mapping[str, Floats]) -> Json:
 def _packed(values: Floats) -> str:
     """Return float64 numbers, little-endian, row by row, in base64."""
     return base64.b64encode(np.ascontiguousarray(values, "<f8").tobytes()).decode()
-
-
-def data_of(path: str | FilePath) -> Json:
-    """Return the data of a page that was written before, without the values at its poses.
-
-    Raises
-    ------
-    InputError
-        No page.
-    """
-    text = FilePath(path).read_text(encoding="utf-8")
-    _, found, rest = text.partition(link.OPENING)
-    if not found:
-        raise InputError("is no page of mechdae", where=str(path))
-    data: Json = json.loads(rest.partition("</script>")[0])
-    return data

@@ -6,7 +6,6 @@ values (from one pose of the task to the next); each of them can also be moved w
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any
 
 import casadi as ca
@@ -16,7 +15,6 @@ from mechdae.kernels.graphs.steps import Graphs
 from mechdae.motion.continuation.any_path import AnyPath
 from mechdae.motion.continuation.legs import Legs, largest_step
 from mechdae.motion.continuation.path import Path
-from mechdae.motion.continuation.step_sizes import NODES_PER_TURN
 from mechdae.motion.kinematics.prepared import Run, Setting
 from mechdae.results import Result
 from mechdae.types import Floats, Graph, Json
@@ -117,8 +115,3 @@ def pace_of(setting: Setting, run: Run) -> float:
         size = 1.0 if setting.graphs.turns else run.path.constants.scale
         return abs(float(np.atleast_2d(plan.speed)[0, 0])) / size
     return float(np.nanmax(np.abs(np.atleast_2d(plan.speed)) / setting.driver_sizes))
-
-
-def largest_alone(drivers: Sequence[dict[str, Any]]) -> list[float]:
-    """Return the largest step of each driver moved on its own, as of a single one."""
-    return [2 * np.pi / NODES_PER_TURN * driver["size"] for driver in drivers]
