@@ -25,6 +25,7 @@ from tests.shared.gaps import (
     with_gaps,
 )
 from tests.shared.mechanisms import four_bar
+from tests.shared.paths import FIGURES
 
 
 def played(mechanism: md.Mechanism, poses: int = 25, **keys: object) -> md.Result:
@@ -225,3 +226,15 @@ def test_a_point_moves_no_further_than_its_distance_band() -> None:
     assert (point.distance_band >= 2 * C).all()
     corner = np.hypot(*point.position_band.T)
     np.testing.assert_allclose(corner, hypot(2 * C, 2 * C), rtol=1e-3)
+
+
+def test_the_long_study_found_nothing_outside() -> None:
+    """`tests.scripts.play_bands`: within 1.2 of what is reached in the median, 2 at worst."""
+    study = json.loads((FIGURES / "play.json").read_text(encoding="utf-8"))
+    assert study["random"]["mechanisms"] >= 150
+    assert study["random"]["samples"] > 1e7
+    for name, figures in study.items():
+        assert (figures["outside"], figures["short"], figures["open"]) == (0, 0, 0), name
+        assert figures["median"] < 1.2
+        assert figures["worst"] < 2
+        assert figures["not_proved"] < figures["bands"] / 4

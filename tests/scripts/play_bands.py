@@ -26,7 +26,7 @@ CASES = {
 """Problem -> task, gaps as a share of the size."""
 ROUNDS = 3
 """Steps uphill of each sample."""
-REPEATS = 7
+REPEATS = 40
 
 
 def figures(found: Comparison) -> dict[str, float]:

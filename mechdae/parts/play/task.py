@@ -37,7 +37,7 @@ class Play(Sweep):
         given = [name for name, _ in mechanism.numbers() if name.rpartition(".")[2] in KEYS]
         if not given:
             raise MechanismError(
-                "no joint has a clearance", where="joints", hint='clearance = "0.02 mm" of a pin'
+                "no joint has a clearance", where="joints", hint="clearance_mm = 0.02 of a pin"
             )
 
     def with_forces(self) -> Reactions:
