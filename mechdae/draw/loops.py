@@ -15,8 +15,7 @@ from mechdae.draw import style
 from mechdae.draw.diagram import symbols
 from mechdae.draw.diagram.diagram import draw_pose, extent
 from mechdae.draw.diagram.driver import driven_bodies, drivers_of
-from mechdae.draw.diagram.places import JoinedScene
-from mechdae.draw.diagram.scene import Array, choose_pose, read_scene
+from mechdae.draw.diagram.scene import Array, DrawnScene, choose_pose, read_scene
 from mechdae.draw.diagram.view import View
 from mechdae.draw.figure import new_axes
 from mechdae.draw.fonts import font, width_of
@@ -30,6 +29,7 @@ from mechdae.records import dataclass
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+    from mechdae.draw.space.spatial_scene import SpatialScene
     from mechdae.results.result import Result
 
 GREY = MappingProxyType(dict.fromkeys((*style.DRAWN, style.ARROW), "#a9b2ba"))
@@ -109,10 +109,15 @@ def draw(
         raise InputError(f"no loop is closed in pose {index}", hint="another pose or task")
     looks = _looks(vectors, driven)
     rows = _rows(vectors, looks, words)
-    ends = {name: (flat(tail), flat(head)) for name, (tail, head) in vectors.ends.items()}
+
+    def place(point: str) -> Array:
+        beside = vectors.beside.get(point)
+        return flat(scene.place(point, index) if beside is None else np.array(beside))
+
+    ends = {name: (place(tail), place(head)) for name, (tail, head) in vectors.ends.items()}
     assert shown.bounds is not None
     low, high, size = shown.bounds
-    places = [place for pair in ends.values() for place in pair]
+    places = [spot for pair in ends.values() for spot in pair]
     low, high = np.min([low, *places], axis=0), np.max([high, *places], axis=0)
     chosen = font(style.NOTE, style.NOTE_FONT)
     wide = SWATCH + 12.0 + max(width_of(text, chosen) for text, _ in rows)
@@ -130,10 +135,9 @@ def draw(
     return axes
 
 
-Shown = tuple[
-    JoinedScene, int, View, Callable[[str], Array], Callable[["Axes | None", View], Sheet]
-]
-"""Scene, pose, view, where points are in the picture, what draws the mechanism behind."""
+Painter = Callable[["Axes | None", View], Sheet]
+Shown = tuple["DrawnScene | SpatialScene", int, View, Callable[[Array], Array], Painter]
+"""Scene, pose, view, places in the picture, what draws the mechanism behind."""
 
 
 def _in_plane(result: Result, pose: int | None, theme: style.Theme, words: Words) -> Shown:
@@ -141,10 +145,10 @@ def _in_plane(result: Result, pose: int | None, theme: style.Theme, words: Words
     index = choose_pose(scene, result.kind, pose)
     shown = View(False, 0, False, False, extent(scene, index, False, 0))
 
-    def paint(paper: Axes | None, own: View) -> Sheet:
-        return draw_pose(paper, scene, result, index, own, theme, words)
+    def paint(paper: Axes | None, framed: View) -> Sheet:
+        return draw_pose(paper, scene, result, index, framed, theme, words)
 
-    return scene, index, shown, lambda point: scene.place(point, index), paint
+    return scene, index, shown, np.asarray, paint
 
 
 def _in_space(
@@ -160,11 +164,11 @@ def _in_space(
     bounds = spatial_drawing.extent(scene, [index], seen, moved, False)
     shown = spatial_drawing.SpatialView(False, 0, False, False, bounds, viewpoint=seen, moved=moved)
 
-    def paint(paper: Axes | None, own: View) -> Sheet:
-        assert isinstance(own, spatial_drawing.SpatialView)
-        return spatial_drawing.draw_spatial_pose(paper, scene, result, index, own, theme, words)
+    def paint(paper: Axes | None, framed: View) -> Sheet:
+        assert isinstance(framed, spatial_drawing.SpatialView)
+        return spatial_drawing.draw_spatial_pose(paper, scene, result, index, framed, theme, words)
 
-    return scene, index, shown, lambda point: seen.flat(scene.place(point, index)), paint
+    return scene, index, shown, seen.flat, paint
 
 
 def _looks(vectors: LoopVectors, driven: set[str]) -> Mapping[str, Look]:
@@ -234,8 +238,8 @@ def _arrows(
     for k, (name, (tail, head)) in enumerate(_apart(ends).items(), start=1):
         look, gid = looks[name], f"vector-{name}"
         sheet.line([tail, head - 5.0 * unit(head - tail)], color=look.color, dash=look.dash,
-                   width=1.6 * style.LINE, z=style.Z_PIN, gid=gid)  # fmt: skip
-        symbols.tip(sheet, tail, head, look.color, style.Z_PIN)
+                   width=1.6 * style.LINE, z=style.Z_LABEL, gid=gid)  # fmt: skip
+        symbols.tip(sheet, tail, head, look.color, style.Z_LABEL)
         label = layout.along([(tail, head)], size, size, 1.0)
         labels.append(Writing(str(k), "number", f"number-{name}", note, label, [(tail, head)]))
     segments = np.array(list(ends.values()))
@@ -255,12 +259,12 @@ def _arrows(
 def _apart(ends: Mapping[str, tuple[Array, Array]]) -> dict[str, tuple[Array, Array]]:
     """Return vectors that lie in one line side by side."""
     lanes: dict[str, int] = {}
-    found = {}
+    apart = {}
     for name, (tail, head) in ends.items():
         along = unit(head - tail)
         used = set()
-        for other, lane in lanes.items():
-            rest = np.array([place - tail for place in ends[other]])
+        for before, lane in lanes.items():
+            rest = np.array([place - tail for place in ends[before]])
             span = np.sort(rest @ along)
             gap = min(span[1], float(np.hypot(*(head - tail)))) - max(span[0], 0.0)
             if np.abs(rest @ normal(along)).max() < LANE / 2 and gap > LANE:
@@ -268,8 +272,8 @@ def _apart(ends: Mapping[str, tuple[Array, Array]]) -> dict[str, tuple[Array, Ar
         lanes[name] = next(k for k in (0, 1, -1, *range(2, len(ends) + 2)) if k not in used)
         # one normal of a line, whichever way its vectors run
         side = LANE * lanes[name] * normal(along) * (1 if tuple(along) > (0.0, 0.0) else -1)
-        found[name] = tail + side, head + side
-    return found
+        apart[name] = tail + side, head + side
+    return apart
 
 
 def _inside(corners: Array, segments: Array, taken: list[Array]) -> tuple[Array, int]:

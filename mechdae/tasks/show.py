@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 
 import casadi as ca
 import numpy as np
@@ -13,6 +14,7 @@ from mechdae.describe.file.problem import Problem
 from mechdae.describe.mechanism import Mechanism
 from mechdae.describe.tasks.kinds import Driven, Task
 from mechdae.describe.tasks.synthesis import Synthesis, demand, listed_goals
+from mechdae.describe.values import Number
 from mechdae.equations.groups import Group, formula
 from mechdae.equations.mobility import count_mobility
 from mechdae.equations.model import Model
@@ -75,27 +77,36 @@ def structure(problem: Problem) -> Json:
 
 
 def loops_and_vectors(mechanism: Mechanism) -> Json:
-    """Return the loops of a plane mechanism and its vectors: lengths [m], angles [rad], or None.
+    """Return the loops of a mechanism and its vectors: lengths [m], angles [rad], or None.
 
-    ``of`` is the link that a vector turns with, "" for the fixed frame.
+    ``of`` is the link that a vector turns with, "" for none.
     """
     closure = mechanism.closure
     assert closure is not None
-    known = mechanism.parameter_values
+    known, values = mechanism.parameter_values, mechanism.values()
     vectors: Json = {}
     for name, vector in closure.vectors.items():
-        body, turn = closure.directions[name]
-        length = vector.length
+        parts = vectors[name] = dict.fromkeys(ANGLES[mechanism.dimension])
+        body, turn = closure.directions.get(name, (vector.body, None))
+        if turn is None:
+            parts |= {word: _number(getattr(vector, word), known) for word in parts}
+        elif not body:
+            parts["angle"] = evaluate(turn, known)
+        parts["length"] = _number(vector.length, known)
         if vector.from_ is not None and vector.to is not None:
-            values = mechanism.values()
-            ends = [[values[f"{end}.{axis}"] for axis in "xy"] for end in (vector.from_, vector.to)]
-            length = math.dist(*ends)
-        vectors[name] = {
-            "length": None if length is None else evaluate(length, known),
-            "angle": None if body else evaluate(turn, known),
-            "of": body,
-        }
+            ends = [[values[f"{end}.{axis}"] for axis in mechanism.axes]
+                    for end in (vector.from_, vector.to)]  # fmt: skip
+            parts["length"] = math.dist(*ends)
+        parts["of"] = body or ""
     return {"loops": {name: list(loop) for name, loop in closure.loops.items()}, "vectors": vectors}
+
+
+ANGLES = {2: ("length", "angle"), 3: ("length", "elevation", "azimuth")}
+"""What a vector has in the plane and in space."""
+
+
+def _number(number: Number | None, known: Mapping[str, float]) -> float | None:
+    return None if number is None else evaluate(number, known)
 
 
 def _entry(problem: Problem, task: Task, model: Model | None = None) -> Json:

@@ -6,7 +6,13 @@ import numpy as np
 
 import mechdae as md
 from mechdae.describe.vectors.cycles import joined, shortest_cycles
-from tests.shared.loop_checks import check_closed, check_same, turned, work_gap
+from tests.shared.loop_checks import (
+    check_closed,
+    check_same,
+    check_same_in_space,
+    turned,
+    work_gap,
+)
 from tests.shared.planting import Slip
 from tests.shared.vector_loops import nodes_of
 
@@ -14,6 +20,7 @@ ORDERS, LOOPS = "chains/test_loop_orders.py::", "describe/test_loops_of.py::"
 WORK = f"{ORDERS}test_loads_between_links_do_the_same_work_whatever_is_fixed"
 SAME = f"{LOOPS}test_loops_have_the_numbers_of_the_bodies"
 FRAMES = f"{LOOPS}test_frames_stay_as_they_were_turned"
+SPACE = "describe/test_spatial_loops.py::test_loops_in_space_have_the_numbers_of_the_bodies"
 SHORT = f"{LOOPS}test_loops_are_independent_and_short"
 GUIDED = f"{ORDERS}test_a_link_that_keeps_its_direction_has_a_guide"
 ALL_ORDERS = f"{ORDERS}test_orders_of_the_seven_link_mechanism"
@@ -43,6 +50,15 @@ def frames() -> float:
     try:
         for name in ("gorshkov-seven-link", "toggle-clamp", "oscillating-cylinder"):
             check_same(turned(md.load(name), np.random.default_rng(1)))
+    except (AssertionError, md.MechdaeError, ValueError, KeyError):
+        return np.inf
+    return 0.0
+
+
+def in_space() -> float:
+    """A bar and a guide beside its slider as spatial loops have the poses of their bodies."""
+    try:
+        check_same_in_space(md.load("rssp"), "poses")
     except (AssertionError, md.MechdaeError, ValueError, KeyError):
         return np.inf
     return 0.0
@@ -88,6 +104,8 @@ SLIPS = [
     Slip(f"{HOME}.expand", "axis=math.pi / 2", "axis=0.0", orders, GUIDED),
     Slip(f"{HOME}.loops_of", "for point in self._used if point[0] == body]",
          "for point in self._used]", loops, SAME),
+    Slip(f"{HOME}.loops_in_space", "hypot({x}, {z})", "{x}", in_space, SPACE),
+    Slip(f"{HOME}.loops_in_space", "row[k] * part", "row[k - 1] * part", in_space, SPACE),
     Slip("parts.types.chains.variants.orders", "angles[body] + evaluate(turn, known)",
          "angles[body] + 1.5 + evaluate(turn, known)", orders, ALL_ORDERS),
 ]  # fmt: skip

@@ -11,6 +11,7 @@ import numpy as np
 import mechdae as md
 from mechdae.describe import dumps
 from mechdae.describe.file.load import from_dict
+from mechdae.describe.vectors.loops_in_space import SpatialLoops
 from mechdae.describe.vectors.loops_of import Written
 from mechdae.parts.types.chains.variants.orders import Orders, cyclic
 from mechdae.parts.types.chains.variants.scheme import planar
@@ -198,3 +199,57 @@ def turned(problem: md.Problem, rng: np.random.Generator) -> md.Problem:
     new = replace(mechanism, bodies={b.name: b for b in bodies},
                   joints={j.name: j for j in joints}, sketch=sketch)  # fmt: skip
     return replace(problem, mechanism=new)
+
+
+def check_same_in_space(problem: md.Problem, task: str) -> None:
+    """Check positions within the bounds of both, and rates, at the points that both have."""
+    loops = again(md.loops_of(problem))
+    points = SpatialLoops(problem).points(loops.mechanism)
+    poses = {"poses": 9} if getattr(problem.tasks[task], "poses", None) else {}
+    one, two = md.solve(problem, task, **poses), md.solve(loops, task, **poses)
+    assert list(one.status) == list(two.status)
+    ok = np.array(one.status) == "ok"
+    assert ok.any()
+    room = (one.bound.length + two.bound.length)[ok]
+    far = max(1.0, float(one.condition[ok].max()) / 10) ** 2  # near a limit rates lose digits
+    compared = 0
+    for name, point in one.points.items():
+        new = points.get(name, name)
+        if new.startswith("ground.") or new not in two.points:
+            continue
+        compared += 1
+        gap = np.linalg.norm(two.points[new].position[ok] - point.position[ok], axis=1)
+        assert (gap <= room).all(), name
+        for word in ("velocity", "acceleration"):
+            rates = (two.points[new].get(word), point.get(word))
+            if rates[0] is not None and rates[1] is not None:
+                largest = 1 + np.abs(rates[1][ok]).max()
+                assert np.abs(rates[0][ok] - rates[1][ok]).max() <= 1e-11 * far * largest, (
+                    name,
+                    word,
+                )
+    assert compared
+    check_vectors(loops, two, ok)
+
+
+def check_vectors(loops: md.Problem, result: Any, ok: np.ndarray) -> None:
+    """Check each vector by its own length, elevation and azimuth between its ends."""
+    closure: Any = loops.mechanism.closure
+    values = loops.mechanism.values()
+
+    def place(point: str) -> np.ndarray:
+        if point.startswith("ground."):
+            return np.array([values[f"{point}.{axis}"] for axis in "xyz"])
+        return np.asarray(result.points[point].position[ok])
+
+    for name, vector in closure.vectors.items():
+        if vector.from_ is not None:
+            continue
+        tail, head = (place(end) for end in closure.ends[name])
+        series = result.joints[name]
+        length, e, a = (series[word][ok] if word in series else values[f"{name}.{word}"]
+                        for word in ("length", "elevation", "azimuth"))  # fmt: skip
+        level = length * np.cos(e)
+        span = np.stack(np.broadcast_arrays(level * np.cos(a), length * np.sin(e),
+                                            level * np.sin(a)), axis=-1)  # fmt: skip
+        assert np.abs(span - (head - tail)).max() < 1e-12 * (1 + np.abs(length).max())

@@ -115,11 +115,16 @@ def _vectors(vectors: Json) -> list[str]:
     """Return a line for each vector: what is given, and what is sought."""
     lines = []
     for name, vector in vectors.items():
-        length, angle = vector["length"], vector["angle"]
-        size = "unknown" if length is None else f"{length:.6g} m"
-        link = "unknown" if vector["of"] == name else f"that of {vector['of']}"
-        turn = link if angle is None else f"{math.degrees(angle):.6g} deg"
-        lines.append(f"  {name}: length {size}, angle {turn}")
+        link = "unknown" if vector["of"] in ("", name) else f"that of {vector['of']}"
+        parts = []
+        for word, value in vector.items():
+            if word == "length":
+                parts.append(f"length {'unknown' if value is None else f'{value:.6g} m'}")
+            elif word != "of":
+                parts.append(
+                    f"{word} {link if value is None else f'{math.degrees(value):.6g} deg'}"
+                )
+        lines.append(f"  {name}: {', '.join(parts)}")
     return lines
 
 

@@ -1,10 +1,10 @@
-"""A plane mechanism as closed vector loops: the inverse of `from_loops`."""
+"""A mechanism as closed vector loops: the inverse of `from_loops`."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import field, fields, replace
+from dataclasses import field, replace
 from functools import cached_property
 
 from mechdae.describe.expression import evaluate
@@ -17,11 +17,12 @@ from mechdae.describe.tasks.kinds import Driven, Task
 from mechdae.describe.values import Number
 from mechdae.describe.vectors.cycles import joined, shortest_cycles
 from mechdae.describe.vectors.expand import FRICTION, from_loops, slide_of
+from mechdae.describe.vectors.loops_in_space import SpatialLoops, bare
 from mechdae.describe.vectors.nodes import HEAD, TAIL, Merged, in_order, meeting, signed
 from mechdae.describe.vectors.numbers import add, less, negative
 from mechdae.describe.vectors.translation import Translation, new_point, renamed
 from mechdae.describe.vectors.values import Node, Vector
-from mechdae.errors import InputError, MechdaeError, UnavailableError
+from mechdae.errors import InputError, MechdaeError
 from mechdae.records import dataclass, public
 from mechdae.types import Json
 
@@ -42,8 +43,9 @@ def loops_of(problem: Source, *, set: Mapping[str, Number] | None = None) -> Pro
     Parameters
     ----------
     problem
-        A plane mechanism with loops of revolute and prismatic joints, pins in slots and bars: a
-        problem, the name of a predefined one, a file, a mechanism, or a result.
+        A mechanism with loops: in the plane of revolute and prismatic joints, pins in slots and
+        bars; in space with bars between balls, or points that slide on the ground. A problem, the
+        name of a predefined one, a file, a mechanism, or a result.
     set
         Numbers to change, as of `md.solve`.
 
@@ -57,7 +59,7 @@ def loops_of(problem: Source, *, set: Mapping[str, Number] | None = None) -> Pro
     InputError
         It has no loop, or a task that is not translated.
     UnavailableError
-        A mechanism in space.
+        A spatial mechanism whose loops are closed by axes.
 
     Examples
     --------
@@ -69,21 +71,38 @@ def loops_of(problem: Source, *, set: Mapping[str, Number] | None = None) -> Pro
     mechanism = whole.mechanism
     if mechanism.closure is not None:
         return whole
-    if mechanism.dimension != 2:
-        raise UnavailableError("loops are written of plane mechanisms", where="dimension")
-    return Written(whole).problem
+    if mechanism.dimension == 2:
+        return Written(whole).problem
+    spatial = SpatialLoops(whole)
+    made = spatial.mechanism
+    return rewritten(whole, Translation(mechanism, made, points=spatial.points(made)), spatial.gone)
+
+
+def rewritten(base: Problem, translation: Translation, gone: Collection[str] = ()) -> Problem:
+    """Return a problem with the mechanism of a translation, and all else translated to it.
+
+    What the sketch says of links that are gone is left out.
+    """
+    mechanism = base.mechanism
+    made = replace(translation.made, sketch=Table(_sketch(mechanism, translation, gone)))
+    loads = {name: translation.load(load) for name, load in mechanism.loads.items()}
+    outputs = {name: translation.expression(text) for name, text in mechanism.outputs.items()}
+    made = replace(made, loads=Table(loads), outputs=Table(outputs))
+    tasks = {name: _task(name, task, translation) for name, task in base.tasks.items()}
+    return replace(base, mechanism=made, tasks=Table(tasks), expected=(), pattern=None)
 
 
 @dataclass(frozen=True)
 class LoopVectors:
     """The vectors of a mechanism with their ends, points ``body.point`` of it, and its loops.
 
-    ``still`` are the vectors whose direction is given.
+    ``still`` are the vectors whose direction is given, ``beside`` further points of the ground.
     """
 
     vectors: Mapping[str, Vector]
     ends: Mapping[str, tuple[str, str]]
     loops: Mapping[str, Sequence[str]]
+    beside: Mapping[str, Sequence[float]] = field(default_factory=dict)
 
     @cached_property
     def still(self) -> set[str]:
@@ -93,9 +112,9 @@ class LoopVectors:
         """Return the loops all of whose vectors are among some, with these."""
         loops = {name: loop for name, loop in self.loops.items()
                  if {signed(entry)[0] for entry in loop} <= set(names)}  # fmt: skip
-        rest = in_order(loops)
-        return LoopVectors({name: self.vectors[name] for name in rest},
-                     {name: self.ends[name] for name in rest}, loops)  # fmt: skip
+        vectors = {name: self.vectors[name] for name in in_order(loops)}
+        ends = {name: self.ends[name] for name in vectors}
+        return replace(self, vectors=vectors, ends=ends, loops=loops)
 
     def _given(self, name: str) -> bool:
         vector = self.vectors[name]
@@ -110,6 +129,12 @@ def drawn_vectors(mechanism: Mechanism) -> LoopVectors:
     closure = mechanism.closure
     if closure is not None:
         return LoopVectors(closure.vectors, closure.ends, closure.loops)
+    if mechanism.dimension == 3:
+        spatial = SpatialLoops(Problem(mechanism))
+        known = mechanism.parameter_values
+        beside = {f"{GROUND}.{name}": [evaluate(number, known) for number in place]
+                  for name, place in spatial.beside.items()}  # fmt: skip
+        return LoopVectors(spatial.vectors, spatial.ends, spatial.loops, beside)
     written = Written(Problem(mechanism))
     ends = {name: (".".join(a), ".".join(b)) for name, (a, b) in written.ends.items()}
     return LoopVectors(written.vectors, ends, written.loops)
@@ -189,13 +214,7 @@ class Written:
             closure_tolerance=mechanism.closure_tolerance,
         )
         slides = {name: slide_of(name) for name in self.vectors if self.vectors[name].slides}
-        translation = Translation(mechanism, made, self.called, slides, self.points)
-        made = replace(made, sketch=Table(_sketch(mechanism, translation)))
-        loads = {name: translation.load(load) for name, load in mechanism.loads.items()}
-        outputs = {name: translation.expression(text) for name, text in mechanism.outputs.items()}
-        made = replace(made, loads=Table(loads), outputs=Table(outputs))
-        tasks = {name: _task(name, task, translation) for name, task in self.base.tasks.items()}
-        return replace(self.base, mechanism=made, tasks=Table(tasks), expected=(), pattern=None)
+        return rewritten(self.base, Translation(mechanism, made, self.called, slides, self.points))
 
     # -- directions ---------------------------------------------------------------------------
 
@@ -468,10 +487,7 @@ def _in_loops(joint: Joint) -> bool:
     """Return whether a joint is one of vectors: a hinge, a slide, or a bare bar."""
     if joint.hinge or joint.guide or joint.slot:
         return True
-    return joint.bar and not any(
-        getattr(joint, entry.name) for entry in fields(joint)
-        if entry.name not in ("name", "first", "second", "length")
-    )  # fmt: skip
+    return joint.bar and bare(joint)
 
 
 def _point(joint: Joint, side: str) -> Point:
@@ -495,11 +511,17 @@ def _polar(x: Number, y: Number) -> tuple[Number, Number]:
     return f"hypot({x}, {y})", f"atan2({y}, {x})"
 
 
-def _sketch(mechanism: Mechanism, translation: Translation) -> dict[str, Number]:
+def _sketch(
+    mechanism: Mechanism, translation: Translation, gone: Collection[str]
+) -> dict[str, Number]:
     found: dict[str, Number] = {}
     for name, value in mechanism.sketch.items():
         text = name
-        if name in mechanism.bodies:
+        if "." in name and name.split(".")[0] in mechanism.bodies:
+            text = translation.point(name)
+            if (text == name and name.split(".")[0] in gone) or text.startswith(f"{GROUND}."):
+                continue
+        elif name in mechanism.bodies:
             text = translation.link(name)
         elif name in mechanism.joints:
             joint = mechanism.joints[name]

@@ -131,6 +131,8 @@ class Translation:
     def _along(self, text: str, joint: Joint) -> Signed:
         name, word = self.joints.get(joint.name, joint.name), text.rpartition(".")[2]
         made = self.made.joints.get(name)
+        if made is not None and made.pointer and word == "slide":
+            word = "length"
         if made is None or word not in made.coordinates:
             raise InputError(f"joint {joint.name} has no '{text}' here")
         return f"{name}.{word}", 1

@@ -36,6 +36,10 @@ class OrientationChecks(Chooser):
         self._told: dict[int, list[Sym]] = {}
         self.quaternions = quaternions(scene.unknowns)
         """Places of those among the unknowns: a quaternion and its opposite are one orientation."""
+        vectors = vectors_of(scene)
+        self.directions = [k for k, c in enumerate(scene.unknowns)
+                           if c.kind is ANGLE and c.owner in vectors]  # fmt: skip
+        """Places of angles of vectors, whose whole turns make no difference."""
         if isinstance(scene.model, TreeModel):
             for name, value in scene.model.senses:
                 group = next((g.index for g in scene.groups if name in g.joints), None)
@@ -106,8 +110,9 @@ class OrientationChecks(Chooser):
             for places in self.quaternions:
                 opposite = others[:, places] @ x[places] < 0
                 turned[np.ix_(opposite, places)] *= -1
-            gaps = np.abs(turned - others).max(axis=1, initial=0.0)
-            kept[k] = not (gaps < SAME).any()
+            gaps = turned - others
+            gaps[:, self.directions] -= 2 * np.pi * np.round(gaps[:, self.directions] / (2 * np.pi))
+            kept[k] = not (np.abs(gaps).max(axis=1, initial=0.0) < SAME).any()
         return [x for x, new in zip(poses, kept, strict=True) if new]
 
     def towards(self, x: Unknowns, other: Floats) -> Floats:
@@ -119,9 +124,14 @@ class OrientationChecks(Chooser):
         return result
 
 
+def vectors_of(scene: Scene) -> set[str]:
+    """Return the names of the joints that are vectors of loops."""
+    return {j.name for j in scene.model.mechanism.joints.values() if j.pointer}
+
+
 def angles_from_sketch(scene: Scene, sketch: Sketch) -> dict[str, float]:
     """Return the sketched angles of spatial joints that are coordinates, by joint."""
-    vectors = {j.name for j in scene.model.mechanism.joints.values() if j.pointer}
+    vectors = vectors_of(scene)
     angles = {c.key for c in scene.model.coordinates if c.kind is ANGLE and c.owner not in vectors}
     return {
         c.part: v for c, v in sketch.places.items() if (c.part, c.word) in angles and c.is_angle

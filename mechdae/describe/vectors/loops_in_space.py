@@ -1,0 +1,312 @@
+"""A spatial mechanism as closed vector loops: bars and sliding points become vectors."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping
+from dataclasses import field, fields, replace
+
+from mechdae.describe.expression import evaluate
+from mechdae.describe.file.problem import Problem
+from mechdae.describe.joints.joint import Joint
+from mechdae.describe.joints.spatial import SpatialJoint, largest
+from mechdae.describe.mechanism import GROUND, Mechanism
+from mechdae.describe.table import Table
+from mechdae.describe.values import Number
+from mechdae.describe.vectors.cycles import joined, shortest_cycles
+from mechdae.describe.vectors.expand import from_loops
+from mechdae.describe.vectors.nodes import HEAD, TAIL, Merged
+from mechdae.describe.vectors.numbers import add, less, negative
+from mechdae.describe.vectors.values import Node, Vector
+from mechdae.errors import UnavailableError
+from mechdae.records import dataclass
+
+Ends = tuple[str, str]
+"""Tail and head as points ``body.point``."""
+
+
+def bare(joint: Joint) -> bool:
+    """Return whether a joint has nothing but its points and its length."""
+    return not any(getattr(joint, entry.name) for entry in fields(joint)
+                   if entry.name not in ("name", "first", "second", "length"))  # fmt: skip
+
+
+@dataclass
+class SpatialLoops:
+    """The vectors of a spatial mechanism, their ends in it, and its loops.
+
+    A bar between two balls is a vector of given length, the sphere of the modules with an unknown
+    elevation and azimuth; a point that slides on the ground one of unknown length. Links between
+    other joints stay bodies, that loops pass from point to point. Loops without such a vector are
+    left to their joints, which hold axes and not points alone.
+
+    ``gone`` are the bodies and joints that vectors stand for, ``beside`` further points of the
+    ground.
+
+    Raises
+    ------
+    UnavailableError
+        None of its loops has such a vector.
+    """
+
+    base: Problem
+    vectors: dict[str, Vector] = field(default_factory=dict)
+    ends: dict[str, Ends] = field(default_factory=dict)
+    loops: dict[str, list[str]] = field(default_factory=dict)
+    gone: set[str] = field(default_factory=set)
+    beside: dict[str, tuple[Number, ...]] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        joints = self.base.mechanism.joints.values()
+        self.words = repr((self.base.mechanism.loads, self.base.mechanism.outputs, self.base.tasks))
+        self._unknown()
+        ends = dict.fromkeys(text for pair in self.ends.values() for text in pair)
+        self.places = Merged([*(t for j in joints for t in (j.first, j.second)), *ends])
+        for joint in joints:
+            if joint.coincide:
+                self.places.merge(joint.first, joint.second)
+        self._segments()
+        edges = {name: (self.places.first(tail), self.places.first(head))
+                 for name, (tail, head) in self.ends.items()}  # fmt: skip
+        start = next((e[0] for e in edges.values() if e[0].startswith(f"{GROUND}.")), "")
+        balls = {self.places.first(joint.first) for joint in joints if joint.ball}
+        cycles = [cycle for cycle in shortest_cycles(edges, start)
+                  if any(self.vectors[name].body is None or balls & {*edges[name]}
+                         for name, _ in cycle)]  # fmt: skip
+        if not cycles:
+            self._refuse()
+        for k, cycle in enumerate(joined(cycles, edges), start=1):
+            self.loops[f"loop_{k}"] = [name if way else f"-{name}" for name, way in cycle]
+        passed = {name for cycle in cycles for name, _ in cycle}
+        self.vectors = {name: vector for name, vector in self.vectors.items() if name in passed}
+        self.ends = {name: self.ends[name] for name in self.vectors}
+
+    # -- vectors --------------------------------------------------------------------------------
+
+    def _unknown(self) -> None:
+        """Make the vectors that have something unknown: bars, and points that slide."""
+        mechanism = self.base.mechanism
+        for joint in mechanism.joints.values():
+            if joint.bar and bare(joint):
+                self._vector(joint.name, Vector(joint.name, length=joint.length),  # type: ignore[attr-defined]
+                             joint.first, joint.second, joint.name)  # fmt: skip
+        for name in mechanism.bodies:
+            joints = [j for j in mechanism.joints.values() if name in (j.first_body, j.second_body)]
+            if self._replaceable(name):
+                self._bar(name, joints)
+                self._slider(name, joints)
+                self._leg(name, joints)
+
+    def _bar(self, body: str, joints: list[Joint]) -> None:
+        """Make the vector of a body between a ball and a ball or a cross."""
+        points = {_point_of(joint, body): joint for joint in joints}
+        if len(points) == len(joints) == 2 and _turn_freely(*joints):
+            (tail, first), (head, second) = points.items()
+            vector = Vector(body, length=self._length(tail, head))
+            self._vector(body, vector, _other(first, body), _other(second, body),
+                         body, first.name, second.name)  # fmt: skip
+
+    def _slider(self, body: str, joints: list[Joint]) -> None:
+        """Make the vector of a body that slides on the ground and holds one point."""
+        slides = [joint for joint in joints if _slides(joint) and joint.first_body == GROUND]
+        others = [joint for joint in joints if joint not in slides]
+        points = {_point_of(joint, body) for joint in others}
+        if len(slides) != 1 or len(points) != 1:
+            return
+        if not all(
+            (joint.ball and _smooth(joint)) or (joint.bar and bare(joint)) for joint in others
+        ):
+            return
+        slide, (head,) = slides[0], points
+        tail = slide.first if head == slide.second else self._beside(slide, head)
+        if tail is not None:
+            elevation, azimuth = _angles(slide.axis)  # type: ignore[attr-defined]
+            vector = Vector(slide.name, elevation=elevation, azimuth=azimuth)
+            balls = (joint.name for joint in others if joint.ball)
+            self._vector(slide.name, vector, tail, head, body, slide.name, *balls)
+
+    def _beside(self, slide: Joint, head: str) -> str | None:
+        """Return a point of the ground as far from the guide as a point of its slider is.
+
+        None where numbers of frames that are turned against each other are expressions.
+        """
+        points = self.base.mechanism.bodies[slide.second_body].points
+        ground = self.base.mechanism.ground.points[slide.first.split(".")[1]]
+        start, end = (points[text.split(".")[1]] for text in (slide.second, head))
+        away = tuple(less(b, a) for a, b in zip(start, end, strict=True))
+        first, second = (_frame(slide, side) for side in (False, True))
+        if first != second:
+            if not first or not second or not all(isinstance(x, float) for x in away):
+                return None
+            parts = [sum(a * float(b) for a, b in zip(row, away, strict=True)) for row in second]
+            away = tuple(sum(row[k] * part for row, part in zip(first, parts, strict=True))
+                         for k in range(3))  # fmt: skip
+        name = f"{slide.name}_{head.split('.')[1]}"
+        self.beside[name] = tuple(add(a, b) for a, b in zip(ground, away, strict=True))
+        return f"{GROUND}.{name}"
+
+    def _leg(self, body: str, joints: list[Joint]) -> None:
+        """Make the vector of a cylinder and its rod, of which nothing is given."""
+        slide = next((j for j in joints if _slides(j) and j.first_body == body), None)
+        if slide is None or not self._replaceable(slide.second_body):
+            return
+        rod = [joint for joint in self.base.mechanism.joints.values() if joint is not slide
+               and slide.second_body in (joint.first_body, joint.second_body)]  # fmt: skip
+        rest = [joint for joint in joints if joint is not slide]
+        ends = slide.first, slide.second
+        if len(rest) == len(rod) == 1 and _turn_freely(*rest, *rod) and ends == (
+            _point_of(rest[0], body), _point_of(rod[0], slide.second_body)
+        ):  # fmt: skip
+            tail, head = _other(rest[0], body), _other(rod[0], slide.second_body)
+            self._vector(slide.name, Vector(slide.name), tail, head, body, slide.second_body,
+                         slide.name, rest[0].name, rod[0].name)  # fmt: skip
+
+    def _vector(self, name: str, vector: Vector, tail: str, head: str, *gone: str) -> None:
+        self.vectors[name], self.ends[name] = vector, (tail, head)
+        self.gone |= set(gone)
+
+    def _replaceable(self, body: str) -> bool:
+        """Return whether a vector says all of a body: it has no mass, and nothing names it."""
+        given = self.base.mechanism.bodies[body]
+        named = re.search(rf"(?<![\w]){re.escape(body)}(?![\w])", self.words)
+        return given.mass is None and given.inertia is None and named is None
+
+    def _length(self, tail: str, head: str) -> Number:
+        (body, one), (_, other) = tail.split("."), head.split(".")
+        points = self.base.mechanism.bodies[body].points
+        steps = [less(b, a) for a, b in zip(points[one], points[other], strict=True)]
+        apart = [step for step in steps if step != 0]
+        if len(apart) == 1:
+            value = evaluate(apart[0], self.base.mechanism.parameter_values)
+            return apart[0] if value > 0 else negative(apart[0])
+        return "sqrt(" + " + ".join(f"({step})**2" for step in apart) + ")"
+
+    def _segments(self) -> None:
+        """Make the vectors of bodies, from the first of their places to each of the others."""
+        used: dict[str, dict[str, str]] = {}
+        joints = self.base.mechanism.joints.values()
+        points = [text for joint in joints for text in (joint.first, joint.second)]
+        for text in (*points, *(f"{GROUND}.{name}" for name in self.beside)):
+            body = text.split(".")[0]
+            if body not in self.gone:
+                used.setdefault(body, {}).setdefault(self.places.first(text), text)
+        taken = {*self.vectors, *self.base.mechanism.bodies, *self.base.mechanism.joints}
+        for body, places in used.items():
+            tail, *heads = places.values()
+            for head in heads:
+                name = f"{body}_{tail.split('.')[1]}{head.split('.')[1]}"
+                while name in taken:
+                    name += "_"
+                taken.add(name)
+                self._vector(name, Vector(name, from_=tail, to=head), tail, head)
+
+    def _refuse(self) -> None:
+        joints = self.base.mechanism.joints.values()
+        pairs = {joint.name: (joint.first_body, joint.second_body) for joint in joints}
+        cycles = shortest_cycles(pairs, GROUND)
+        if not cycles:
+            raise UnavailableError(
+                "it has no loop: an open chain is no closed vector loop", where="joints"
+            )
+        named = [f"{joint.name} ({joint.kind})" for joint in joints
+                 if not joint.ball and any(joint.name == n for n, _ in cycles[0])]  # fmt: skip
+        raise UnavailableError(
+            f"its loops are closed by axes, and a vector loop closes points alone: "
+            f"{', '.join(named)}",
+            where="joints",
+            hint="loops of bars between ball joints, or with a point that slides on the ground",
+        )
+
+    # -- the problem ----------------------------------------------------------------------------
+
+    @property
+    def mechanism(self) -> Mechanism:
+        """The mechanism described by these loops, without sketch, loads and outputs."""
+        base = self.base.mechanism
+        rest = {name: body for name, body in base.bodies.items() if name not in self.gone}
+        joints = {name: joint for name, joint in base.joints.items() if name not in self.gone}
+        return from_loops(
+            self.vectors,
+            self.loops,
+            self._nodes(),
+            ground=replace(base.ground, points=Table({**base.ground.points, **self.beside})),
+            bodies=Table(rest),
+            joints=Table(joints),
+            parameters=base.parameters,
+            gravity=base.gravity,
+            closure_tolerance=base.closure_tolerance,
+            dimension=3,
+        )
+
+    def _nodes(self) -> list[Node]:
+        """Return names of the points that are of no body any more: those that slid, or balls."""
+        nodes: dict[str, Node] = {}
+        for name, pair in self.ends.items():
+            for side, text in zip((TAIL, HEAD), pair, strict=True):
+                body, place = text.split(".")[0], self.places.first(text)
+                if body in self.gone and place not in nodes:
+                    nodes[place] = Node(body, f"{name}.{side}")
+        return list(nodes.values())
+
+    def points(self, made: Mechanism) -> Mapping[str, str]:
+        """Return the points of what is gone by what they are called in the mechanism of loops."""
+        assert made.closure is not None
+        new = {self.places.first(end): text for name, pair in self.ends.items()
+               for end, text in zip(pair, made.closure.ends[name], strict=True)}  # fmt: skip
+        return {text: new[self.places.first(text)]
+                for joint in self.base.mechanism.joints.values()
+                for text in (joint.first, joint.second)
+                if text.split(".")[0] in self.gone and self.places.first(text) in new}  # fmt: skip
+
+
+def _smooth(joint: Joint) -> bool:
+    """Return whether nothing rubs in a joint."""
+    words = ("friction", "friction_static", "contact_length", "one_sided")
+    return not any(getattr(joint, word, None) for word in words)
+
+
+def _slides(joint: Joint) -> bool:
+    return joint.guide and _smooth(joint)
+
+
+def _turn_freely(*joints: Joint) -> bool:
+    """Return whether joints leave a link between them its directions: balls, or one a cross."""
+    turn = all(joint.coincide and joint.freedoms >= 2 and _smooth(joint) for joint in joints)
+    return turn and any(joint.ball for joint in joints)
+
+
+def _frame(joint: Joint, second: bool) -> tuple[tuple[float, ...], ...]:
+    """Return normal, binormal and axis of a side of a joint, none of expressions."""
+    assert isinstance(joint, SpatialJoint)
+    given, key = joint.side(second)
+    axis = getattr(joint, given)
+    zero = getattr(joint, key) if key else None
+    if not all(isinstance(x, float) for x in (*axis, *(zero or ()))):
+        return ()
+    a = _unit(axis)
+    if zero is None:
+        zero = tuple(float(k == (largest(axis) + 1) % 3) for k in range(3))
+    along = sum(x * y for x, y in zip(a, zero, strict=True))
+    n = _unit(tuple(z - along * x for z, x in zip(zero, a, strict=True)))
+    cross = tuple(a[k - 2] * n[k - 1] - a[k - 1] * n[k - 2] for k in range(3))
+    return n, cross, a
+
+
+def _unit(vector: tuple[float, ...]) -> tuple[float, ...]:
+    return tuple(x / math.hypot(*vector) for x in vector)
+
+
+def _point_of(joint: Joint, body: str) -> str:
+    return joint.first if joint.first_body == body else joint.second
+
+
+def _other(joint: Joint, body: str) -> str:
+    return joint.second if joint.first_body == body else joint.first
+
+
+def _angles(axis: tuple[Number, ...]) -> tuple[Number, Number]:
+    """Return elevation and azimuth of a direction."""
+    x, y, z = axis
+    azimuth = 0.0 if z == 0 and isinstance(x, float) and x > 0 else f"atan2({z}, {x})"
+    return 0.0 if y == 0 else f"atan2({y}, hypot({x}, {z}))", azimuth
