@@ -78,9 +78,9 @@ class Solver:
         self.vary: tuple[str, ...] = names(vary)
         self.problem = whole
         known = {**dict(whole.mechanism.numbers()), **whole.mechanism.parameters}
-        for own in self.vary:
-            if own not in known:
-                raise UnknownName("parameter", own, known, where="vary")
+        for varied in self.vary:
+            if varied not in known:
+                raise UnknownName("parameter", varied, known, where="vary")
         self._held = CacheOwner(frozenset(self.vary))
         self._posed: tuple[dict[str, Number], Posed | Tracker] | None = None
         self._tracker: Tracker | None = None

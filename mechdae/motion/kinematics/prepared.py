@@ -115,7 +115,7 @@ class Run:
     summary: Summary
     found: Measured = field(default_factory=Measured)
     spans: Spans | None = None
-    stopped: Booleans | None = None
+    stopped: Booleans | bool = False
     """Poses (n,) with a joint beyond its limits, of which `fault` says so."""
     fault: str | None = None
 

@@ -59,8 +59,7 @@ def report(problem: Problem, name: str, task: Sweep, setting: Setting, run: Run)
         poses.condition[~some] = np.nan
     if status.any() and among(status, LOST).any():
         failed = faults.failed_intervals(setting, run, status)
-    if run.stopped is not None:
-        status[run.stopped & certified] = CODES[Status.STOPPED]
+    status[certified & run.stopped] = CODES[Status.STOPPED]
     summary = run.summary.copy()
     summary["poses"] = len(status)
     summary["status"] = counts(status)
