@@ -85,11 +85,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     try:
         arguments = parser.parse_args(_with_labels(words))
     except SystemExit as stop:
-        if stop.code:
-            from mechdae.cli.failures import hint
+        from mechdae.cli.failures import refused
 
-            hint(words)
-        return int(stop.code or 0)
+        return refused(words, int(stop.code or 0))
     try:
         with _output(arguments):
             code = int(chosen.run(arguments))

@@ -62,14 +62,17 @@ class Unread(io.TextIOBase):
         return bool(self._stream.isatty())
 
 
-def hint(words: list[str]) -> None:
-    """Say what is usually meant by words that are not understood."""
+def refused(words: list[str], code: int) -> int:
+    """Say what is usually meant by words that are not understood; return the exit code."""
     from mechdae.draw.catalogue import OPTIONS
 
+    if not code:
+        return code
     if any("=" not in w for s, w in pairwise(words) if s == "--set"):
         print("  try: --set NAME=VALUE, without blanks: --set a_mm=30", file=sys.stderr)
     for flag, first, second in zip(words, words[1:], words[2:], strict=False):
         option = OPTIONS.get(flag.removeprefix("--"))
         if option and option.what == "names" and "-" not in (first[:1], second[:1]):
             print(f"  try: {flag} {first} {flag} {second}, one for each", file=sys.stderr)
-            return
+            break
+    return code
