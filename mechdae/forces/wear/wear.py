@@ -106,15 +106,15 @@ def over_cycle(loaded: LoadedRun, answer: PoseForces, surfaces: Surfaces) -> dic
     sizes = np.maximum(peaks[:, 1:].ravel() * (high - low), np.finfo(float).tiny)
     integrals, _ = integrate(rates, charts, np.abs, lambda _: sizes)
     speed = abs(loaded.moving.speed)
-    found = {}
+    contacts = {}
     for name, peak, (way, pv) in zip(
         surfaces.names, peaks, integrals.reshape(-1, 2).tolist(), strict=True
     ):
-        found[name] = {
+        contacts[name] = {
             "peak_pressure": float(peak[0]), "peak_pv": float(peak[2]),
             "mean_pv": pv / (high - low), "sliding_distance": way / speed,
         }  # fmt: skip
-    return found
+    return contacts
 
 
 def _peaks(state: WearState, panels: list[tuple[float, float]]) -> Floats:

@@ -289,7 +289,7 @@ def _places(ranking: Ranking, judgment: Judgment) -> dict[str, tuple[int, int]]:
         return {}
     rows = {row.name: row for row in ranking.rows}
     senses = [criterion["sense"] for criterion in ranking.criteria]
-    found = []
+    by_judge = []
     for judge in judgment.judges:
         table = [
             [judgment.grades.value(name, variant, judge.name)
@@ -299,8 +299,8 @@ def _places(ranking: Ranking, judgment: Judgment) -> dict[str, tuple[int, int]]:
         ]  # fmt: skip
         costs = shares(np.array(table, float), senses)
         sums = _sums(costs, np.array([*judge.weights.values()]))
-        found.append([1 + int((sums < total).sum()) for total in sums])
-    best, worst = np.min(found, axis=0), np.max(found, axis=0)
+        by_judge.append([1 + int((sums < total).sum()) for total in sums])
+    best, worst = np.min(by_judge, axis=0), np.max(by_judge, axis=0)
     ends = zip(best.tolist(), worst.tolist(), strict=True)
     return dict(zip(ranking.order, ends, strict=True))
 
