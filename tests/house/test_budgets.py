@@ -24,16 +24,19 @@ BUDGETS = {
 }
 """Room -> most lines of its modules; some of them import what annotations name."""
 ALONE = 1101
-"""Lines of the modules that stand alone: errors, records, types, additions."""
+"""Lines of the modules that stand alone: errors, docstrings, records, types, additions."""
 TOTAL = 144_350
 LONGEST = 500
 LONGER = {
-    "describe/mechanism.py": 570,
+    "describe/joints/spatial.py": 520,
+    "describe/mechanism.py": 580,
+    "describe/vectors/loops_of.py": 560,
     "draw/diagram/diagram.py": 610,
     "dynamics/equations.py": 530,
     "equations/tree/tree_model.py": 590,
     "forces/inverse_dynamics.py": 540,
     "kernels/graphs/kinetostatics.py": 510,
+    "parts/types/chains/chains.py": 510,
 }
 """Modules above `LONGEST` lines, and how long they may be; each has one purpose."""
 
