@@ -16,6 +16,7 @@ from mechdae.describe import layers
 from mechdae.describe.file.load import from_dict
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.layers import LinksCrossing, fewest_layers
+from tests.shared.command import run
 
 FOUR_BAR = "four-bar-crank-rocker"
 
@@ -242,3 +243,19 @@ def test_command(tmp_path, capsys: pytest.CaptureFixture[str]) -> None:  # type:
     assert "exists already" in capsys.readouterr().err
     assert main(["variants", "watt-six-bar", "--by", "construction", "--json"]) == 2
     assert "--limit" in capsys.readouterr().err
+
+
+def test_what_has_no_mobility_has_no_inversions(capsys, tmp_path) -> None:
+    pins = [md.Revolute("A", "ground.A", "a.A"), md.Revolute("B", "ground.B", "b.B"),
+            md.Revolute("C", "a.C", "b.C")]  # fmt: skip
+    truss = md.Mechanism(
+        ground=md.Ground({"A": (0, 0), "B": (1, 0)}),
+        bodies=[md.Body("a", {"A": (0, 0), "C": (1, 0)}), md.Body("b", {"B": (0, 0), "C": (1, 0)})],
+        joints=pins, sketch={"a": tau / 6, "b": tau / 3},
+    )  # fmt: skip
+    task = md.Sweep(driver=md.Driver("a.angle", from_=tau / 6, to=1.2), poses=3)
+    file = tmp_path / "truss.toml"
+    md.dump(md.Problem(truss, {"move": task}), file)
+    code, _, err = run(capsys, "variants", str(file), "--by", "inversion")
+    assert code == 2
+    assert "it has no mobility: nothing of it moves, whichever link is fixed" in err

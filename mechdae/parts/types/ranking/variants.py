@@ -217,6 +217,15 @@ class MotionOfVaried:
         status = self.data["status"]
         self.good = [k for k, word in enumerate(status) if word in ("ok", "limit")]
         if not self.good:
+            from mechdae.tasks.show import structure
+
+            rank = structure(self.problem)["mobility"]["rank"]
+            if rank and rank["mobility"] == 0:
+                raise InputError(
+                    "it has no mobility: nothing of it moves, whichever link is fixed",
+                    where="joints",
+                    hint="mechdae show counts it",
+                )
             raise AssemblyError(self.result.fault or f"no pose of task '{name}' assembles")
 
     @property
