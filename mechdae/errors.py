@@ -162,10 +162,11 @@ class UnavailableError(InputError):
 
     Examples
     --------
-    >>> md.loops_of(md.rssr(1.0, 0.3, 1.1, 0.8))
-    Traceback (most recent call last):
-        ...
-    mechdae.errors.UnavailableError: dimension: loops are written of plane mechanisms
+    >>> try:
+    ...     md.plot(md.four_bar(0.1, 0.04, 0.12, 0.08), "page")
+    ... except md.UnavailableError as error:
+    ...     print(error.hint)
+    md.page, or mechdae page
     """
 
 
