@@ -14,10 +14,11 @@ def docstring(cls: type, text: str) -> str:
         method = vars(cls).get(name)
         if isinstance(method, FunctionType) and hasattr(method, "compiled"):
             method = vars(method)["compiled"]()
+            type.__setattr__(cls, name, method)
+        if isinstance(method, FunctionType) and "_more" in method.__code__.co_varnames:
             takes = inspect.signature(method).parameters.values()
             shown = [one for one in takes if one.name != "_more"]
             vars(method)["__signature__"] = inspect.Signature(shown, return_annotation=None)
-            type.__setattr__(cls, name, method)
         elif isinstance(method, FunctionType) and method.__module__ == "mechdae.records":
             method.__name__ = name
     return str(getattr(cls, "documented", str)(text))

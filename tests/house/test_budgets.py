@@ -23,7 +23,7 @@ BUDGETS = {
     "parts": 29_650,  # what a page teaches by
 }
 """Room -> most lines of its modules; some of them import what annotations name."""
-ALONE = 1102
+ALONE = 1103
 """Lines of the modules that stand alone: errors, docstrings, records, types, additions."""
 TOTAL = 144_350
 LONGEST = 500

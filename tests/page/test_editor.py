@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 
 import mechdae as md
-from mechdae.parts.page.document import data_of
 from mechdae.parts.page.editor import editor
 from tests.shared import drawing as drawn
 from tests.shared.browser import ARGUMENTS, CHROMIUM, until
 from tests.shared.command import run
 from tests.shared.drawing import FOUR_BAR, WELDED, at, drag, draw
+from tests.shared.page_data import data_of
 from tests.shared.paths import ROOT
 
 in_browser = pytest.mark.skipif(CHROMIUM is None, reason="no Chromium on this machine")

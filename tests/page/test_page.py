@@ -16,6 +16,7 @@ from mechdae.parts.page.document import KINDS
 from tests.shared.command import run
 from tests.shared.live import in_page, places_of
 from tests.shared.node import needs_node
+from tests.shared.page_data import data_of
 from tests.shared.predefined import predefined
 
 WEB = Path(link.__file__).parent / "web"
@@ -23,12 +24,6 @@ LIVE = ["four-bar-crank-rocker", "gorshkov-seven-link", "jansen-leg", "four-bar-
         "triad-six-modes", "geared-five-bar", "slider-crank", "oscillating-cylinder",
         "five-bar-robot", "differential", "pantograph", "cam-roller-follower", "wankel-rotor",
         "flyball-governor"]  # fmt: skip
-
-
-def data_of(file):
-    """Return the data of a page, without the values at its poses."""
-    text = file.read_text(encoding="utf-8").partition(link.OPENING)[2]
-    return json.loads(text.partition("</script>")[0])
 
 
 def test_a_page_is_the_same_each_time_and_reads_back(tmp_path):

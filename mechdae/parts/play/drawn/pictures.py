@@ -8,7 +8,7 @@ BAND = Picture(
     "mechdae.parts.play.drawn.ribbons",
     "paths of points with the bands that clearance gives them",
     of=("bands",),
-    options=("of", "ticks", "pivots"),
+    options=("of", "pivots"),
     needs=("series",),
     lacks="has no bands",
     hint="a task of kind play",

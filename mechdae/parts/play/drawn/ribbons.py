@@ -25,7 +25,7 @@ SEEN = 0.03
 
 def draw(
     result: SweepResult, ax: Axes | None = None, *, of: Sequence[str] | None = None,
-    ticks: bool = False, pivots: bool = True,
+    pivots: bool = True,
 ) -> Axes:  # fmt: skip
     """Draw paths of points with a band on both sides, as wide as ``distance_band``.
 
@@ -37,8 +37,8 @@ def draw(
         Axes to draw in; without it a new figure is made.
     of
         Names of points; without it coupler points, as of the picture of their paths.
-    ticks, pivots
-        Whether equal steps of time are marked, whether fixed pivots are shown.
+    pivots
+        Whether fixed pivots are shown.
 
     Raises
     ------
@@ -51,7 +51,7 @@ def draw(
     widest = max((np.nanmax(band, initial=0.0) for band in bands), default=0.0)
     if not widest:
         raise InputError("no band is proved of these points", where="of")
-    panel = coupler.draw(result, ax, of=points, ticks=ticks, pivots=pivots)
+    panel = coupler.draw(result, ax, of=points, ticks=False, pivots=pivots)
     span = max(float(np.nanmax(np.ptp(place, axis=0))) for place in places)
     wider = float(f"{max(SEEN * span / widest, 1.0):.1g}")
     scale = scale_of("m", places, result.units)
