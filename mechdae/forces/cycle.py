@@ -19,7 +19,7 @@ from mechdae.forces.pose_forces import PoseForces
 from mechdae.forces.poses import Moving
 from mechdae.motion.assembly.not_assembled import shown
 from mechdae.motion.continuation.legs import Legs
-from mechdae.numerics.quadrature import Substitution, integrate
+from mechdae.numerics.quadrature import NOISE, Substitution, integrate
 from mechdae.types import Floats, Json
 
 NO_POWER = 1e-9
@@ -28,6 +28,8 @@ DRIVER = 2
 """Powers of the driver, without friction and with it, before the losses of the joints."""
 EPSILON = 16 * float(np.finfo(float).eps)
 """Rounding of a mean, as a share of the largest power."""
+ROUNDED = EPSILON / NOISE
+"""Share of force by speed whose noise, as the quadrature knows it, is rounding of the power."""
 SMALL = 1e-6
 """Share of the largest power below which a joint's loss does not count for the error."""
 KNOWN = 1e-6
@@ -78,7 +80,7 @@ def cycle(statics: InverseDynamics, moving: Moving, answer: PoseForces) -> tuple
     gross = float(flow.max(initial=0.0))
     forces = answer.whole.reactions[..., : len(statics.scene.model.space.axes)]
     most = float(np.nan_to_num(np.abs(forces)).max(initial=0.0))  # also where none has any power
-    rounded = max(gross, most * fastest(statics, answer.motion) * way)
+    rounded = max(gross, ROUNDED * most * fastest(statics, answer.motion) * way)
 
     def sizes(
         found: Floats,
