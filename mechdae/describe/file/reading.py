@@ -119,8 +119,11 @@ def split_keys(table: Iterable[str], known: Container[str]) -> dict[str, tuple[s
 
 
 def suffixes(unit: str | None, among: Mapping[str, Unit] = UNITS) -> list[str]:
-    """Return the suffixes that fit a unit; all of them where it is not known."""
-    return [suffix for suffix in among if unit is None or unit in among[suffix].si]
+    """Return the suffixes that fit a unit, "m or rad" too; all of them where it is not known."""
+    if unit is None:
+        return list(among)
+    either = [[s for s in among if one in among[s].si] for one in unit.split(" or ")]
+    return [s for one in either for s in one] if all(either) else []
 
 
 def check_suffix(key: str, unit: str | None, base: str = "") -> None:
