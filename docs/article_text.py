@@ -92,6 +92,6 @@ def places(rows: list[tuple[str, ...]]) -> list[str]:
     """Return the lines that say where each part of an article is found: name, place, pictures."""
     found = []
     for what, where, *plots in rows:
-        links = [f"[{own}](../../../plots/{own}.svg)" for own in plots]
+        links = [f"[{plot}](../../../plots/{plot}.svg)" for plot in plots]
         found.append([what, where, ", ".join(links) or "–"])
     return ["### Where everything is", "", *table("in the article | here | picture", found)]

@@ -49,12 +49,12 @@ def main() -> int:
     """Print the words by part and page."""
     total = 0
     for part in PARTS:
-        own = {page.name: words(page.read_text(encoding="utf-8")) for page in pages(part)}
+        each = {page.name: words(page.read_text(encoding="utf-8")) for page in pages(part)}
         if part not in ("theory/evidence", "history"):
-            total += sum(own.values())
-        print(f"{part:16} {sum(own.values()):6}")
+            total += sum(each.values())
+        print(f"{part:16} {sum(each.values()):6}")
         if "--pages" in sys.argv:
-            for name, count in own.items():
+            for name, count in each.items():
                 print(f"    {name:24} {count:6}")
     made = [page for part in PARTS for page in (DOCS / part).glob("*.md") if page.name in GENERATED]
     print(f"{'generated':16} {sum(words(page.read_text(encoding='utf-8')) for page in made):6}")
@@ -62,8 +62,8 @@ def main() -> int:
         print(f"{name:16} {words((ROOT / name).read_text(encoding='utf-8')):6}")
     print(f"{'manual':16} {total:6}  (tutorials, how-to, reference, theory)")
     for part in ("tutorials", "how-to", "reference"):
-        told = [s for page in pages(part) for s in sentences(page.read_text(encoding="utf-8"))]
-        counts = [words(sentence) for sentence in told]
+        every = [s for page in pages(part) for s in sentences(page.read_text(encoding="utf-8"))]
+        counts = [words(sentence) for sentence in every]
         over = sum(count > LONGEST for count in counts)
         print(f"{part:16} {sum(counts) / len(counts):.1f} words a sentence, {over} over {LONGEST}")
     return 0

@@ -78,9 +78,9 @@ def wankel(angle: float) -> dict[str, float]:
 
 def sarich(angle: float) -> dict[str, float]:
     """Return forces and moments over the width, and pressure differences across the vanes."""
-    own = numbers("sarich")
-    e, h = own["e"], own["h"]
-    mouth = h + e + own["gap"]
+    sizes = numbers("sarich")
+    e, h = sizes["e"], sizes["h"]
+    mouth = h + e + sizes["gap"]
 
     def share(c: float) -> float:
         return (h * (1 - cos(c)) + e * cos(pi / 7) * sin(c) ** 2) / (2 * h)
@@ -133,13 +133,13 @@ DEPTHS = {"slider-crank": "bore", "wankel": "b", "sarich": "b"}
 TURNS = 6
 
 
-def filled(name: str, own: dict[str, float]) -> tuple[int, float, float]:
+def filled(name: str, sizes: dict[str, float]) -> tuple[int, float, float]:
     """Return the chambers, the volume of one [m^3] and how often it is filled per turn."""
     if name == "slider-crank":
-        return 1, pi / 4 * own["bore"] ** 2 * 2 * own["r"], 1 / 2
+        return 1, pi / 4 * sizes["bore"] ** 2 * 2 * sizes["r"], 1 / 2
     if name == "wankel":
-        return 3, 3 * sqrt(3) * own["e"] * own["R"] * own["b"], 1 / 3
-    return 7, 4 * sin(pi / 7) * own["e"] * own["h"] * own["b"], 1 / 2
+        return 3, 3 * sqrt(3) * sizes["e"] * sizes["R"] * sizes["b"], 1 / 3
+    return 7, 4 * sin(pi / 7) * sizes["e"] * sizes["h"] * sizes["b"], 1 / 2
 
 
 def figures(name: str) -> dict[str, Any]:
@@ -174,10 +174,10 @@ def figures(name: str) -> dict[str, Any]:
 
 def curvatures() -> dict[str, float]:
     """Return the Wankel housing's curvatures [1/m], and how much they change the pressure."""
-    own = numbers("wankel")
-    e, radius = own["e"], own["R"]
+    sizes = numbers("wankel")
+    e, radius = sizes["e"], sizes["R"]
     most, least = ((radius + s * 9 * e) / (radius + s * 3 * e) ** 2 for s in (1, -1))
-    ratio = sqrt((1 / own["tip"] - least) / (1 / own["tip"] - most))
+    ratio = sqrt((1 / sizes["tip"] - least) / (1 / sizes["tip"] - most))
     leaning = degrees(asin(3 * e / radius))
     return {"most": most, "least": least, "ratio": ratio, "leaning": leaning}
 

@@ -24,7 +24,7 @@ A number may be an expression in quotes. Keys with a dimension take
 [problem file](problem-file.md), [joints](joints.md), [tasks](tasks.md), [forces](forces.md),
 [motion](motion.md) and [synthesis](synthesis.md).
 """
-SUFFIXES = {own.suffix for own in TABLE} | {
+SUFFIXES = {unit.suffix for unit in TABLE} | {
     "_m", "_rad", "_s", "_kg", "_N", "_N_m", "_kg_m2", "_m_s", "_m_s2", "_rad_s2", "_W", "_J",
     "_Pa", "_N_per_m", "_N_s_per_m", "_N_m_per_rad", "_N_m_s_per_rad",
 }  # fmt: skip
@@ -47,11 +47,11 @@ def page(whole: dict[str, Any]) -> str:
         parts += sections(caption, resolved(whole["properties"][name], defs), defs)
     inner: dict[str, dict[str, Any]] = {}
     for task in inside(resolved(whole["properties"]["tasks"], defs), defs):
-        for key, told in task.get("properties", {}).items():
+        for key, spec in task.get("properties", {}).items():
             if key in ("goal", "constraints", "driver", "events", "find"):
-                inner.setdefault(key, resolved(told, defs))
-    for key, own in inner.items():
-        parts += sections(f"{key.capitalize()}", own, defs)
+                inner.setdefault(key, resolved(spec, defs))
+    for key, entry in inner.items():
+        parts += sections(f"{key.capitalize()}", entry, defs)
     return "\n".join(parts)
 
 
@@ -61,27 +61,27 @@ SECTIONS = (
 )  # fmt: skip
 
 
-def resolved(own: dict[str, Any], defs: dict[str, Any]) -> dict[str, Any]:
+def resolved(entry: dict[str, Any], defs: dict[str, Any]) -> dict[str, Any]:
     """Return a schema with what it refers to."""
-    return resolved(defs[own["$ref"].rsplit("/", 1)[1]], defs) if "$ref" in own else own
+    return resolved(defs[entry["$ref"].rsplit("/", 1)[1]], defs) if "$ref" in entry else entry
 
 
-def inside(own: dict[str, Any], defs: dict[str, Any]) -> Iterator[dict[str, Any]]:
+def inside(entry: dict[str, Any], defs: dict[str, Any]) -> Iterator[dict[str, Any]]:
     """Yield the descriptions of objects with keys of their own."""
-    own = resolved(own, defs)
-    if own.get("properties"):
-        yield own
+    entry = resolved(entry, defs)
+    if entry.get("properties"):
+        yield entry
         return
-    for more in (*own.get("oneOf", ()), *own.get("anyOf", ())):
+    for more in (*entry.get("oneOf", ()), *entry.get("anyOf", ())):
         yield from inside(more, defs)
     for word in ("additionalProperties", "items"):
-        if isinstance(own.get(word), dict):
-            yield from inside(own[word], defs)
+        if isinstance(entry.get(word), dict):
+            yield from inside(entry[word], defs)
 
 
-def sections(caption: str, own: dict[str, Any], defs: dict[str, Any]) -> Iterator[str]:
+def sections(caption: str, entry: dict[str, Any], defs: dict[str, Any]) -> Iterator[str]:
     """Yield a heading and the tables of the kinds below it."""
-    kinds = list(inside(own, defs))
+    kinds = list(inside(entry, defs))
     yield f"## {caption}\n"
     done: set[str] = set()
     seen: set[str] = set()
@@ -94,28 +94,28 @@ def sections(caption: str, own: dict[str, Any], defs: dict[str, Any]) -> Iterato
             yield text
 
 
-def kind_of(own: dict[str, Any], defs: dict[str, Any]) -> str:
+def kind_of(entry: dict[str, Any], defs: dict[str, Any]) -> str:
     """Return the name of a kind, with the dimension that it belongs to if it needs an axis."""
-    kind = resolved(own["properties"].get("kind", {}), defs)
+    kind = resolved(entry["properties"].get("kind", {}), defs)
     return str(kind.get("const") or " ".join(kind.get("enum", ())))
 
 
-def table(name: str, own: dict[str, Any], defs: dict[str, Any], level: str = "##") -> str:
+def table(name: str, entry: dict[str, Any], defs: dict[str, Any], level: str = "##") -> str:
     """Return the table of the keys of one object."""
-    keys = own["properties"]
+    keys = entry["properties"]
     lines = [f"{level} {name}\n"] if name else []
     lines += ["| key | holds | example |", "|---|---|---|"]
-    for key, told in keys.items():
+    for key, spec in keys.items():
         bases = {key.removesuffix(suffix) for suffix in SUFFIXES if key.endswith(suffix)}
         if key == "kind" or bases & set(keys):
             continue
-        shown = f"**`{key}`**" if key in own.get("required", ()) else f"`{key}`"
-        value = resolved(told, defs)
-        example = told.get("examples") or value.get("examples") or [""]
+        shown = f"**`{key}`**" if key in entry.get("required", ()) else f"`{key}`"
+        value = resolved(spec, defs)
+        example = spec.get("examples") or value.get("examples") or [""]
         plain = example[0] in ("", "2*r") or not isinstance(example[0], str | list | dict)
         text = "" if plain else f"`{cell(json.dumps(example[0], ensure_ascii=False))}`"
         bare = rf"^{key.replace('_', ' ')}(: | (?=\[)|$)"  # the key's name says nothing more
-        words = re.sub(bare, "", holds(told, defs))
+        words = re.sub(bare, "", holds(spec, defs))
         lines.append(f"| {shown} | {cell(words)} | {text} |")
     return "\n".join(lines) + "\n"
 
@@ -124,10 +124,10 @@ def cell(text: str) -> str:
     return re.sub(r"\s+", " ", text).replace("|", "\\|")
 
 
-def holds(told: dict[str, Any], defs: dict[str, Any]) -> str:
+def holds(spec: dict[str, Any], defs: dict[str, Any]) -> str:
     """Return what a key holds, in words."""
-    value = resolved(told, defs)
-    text = told.get("description") or value.get("description") or ""
+    value = resolved(spec, defs)
+    text = spec.get("description") or value.get("description") or ""
     choices = value.get("enum") or [
         one["const"] for one in value.get("oneOf", ()) if "const" in one
     ]

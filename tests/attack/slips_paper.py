@@ -39,7 +39,9 @@ def positions() -> float:
         told = md.explain(pose())
     except MechdaeError:
         return np.inf
-    open_by = [own.gap for own in passages(told.document) if isinstance(own, Formula) and own.gap]
+    open_by = [
+        part.gap for part in passages(told.document) if isinstance(part, Formula) and part.gap
+    ]
     if max(open_by) > 1e-9:
         return np.inf
     lines = re.sub(r"\n {6,}=", " =", text()).splitlines()
@@ -54,7 +56,7 @@ def positions() -> float:
 
 def systems() -> float:
     found = re.findall(r"^ +\([va][^()]*; [^()]*\) = \((\S+); (\S+)\) m/s", text(), re.MULTILINE)
-    sizes = [tuple(abs(float(value)) for value in own) for own in found]
+    sizes = [tuple(abs(float(value)) for value in row) for row in found]
     if len(sizes) != len(SIZES):
         return np.inf
     return float(np.max(np.abs(np.array(sizes) - SIZES)) / 1e-4)
@@ -64,13 +66,13 @@ def groups() -> float:
     """Bars of groups apart are as long as links, and no two groups lie on each other."""
     axes = md.plot(pose(), "groups")
     spots = {
-        str(own.get_gid()): np.array(own.get_center())
-        for own in axes.patches
-        if hasattr(own, "get_center")
+        str(patch.get_gid()): np.array(patch.get_center())
+        for patch in axes.patches
+        if hasattr(patch, "get_center")
     }
     (left, right), (low, high) = axes.get_xlim(), axes.get_ylim()
-    rings = {f"outer-{own}" for own in LENGTHS} & set(spots)
-    inside = [left < spots[own][0] < right and low < spots[own][1] < high for own in rings]
+    rings = {f"outer-{pin}" for pin in LENGTHS} & set(spots)
+    inside = [left < spots[pin][0] < right and low < spots[pin][1] < high for pin in rings]
     if len(rings) < len(LENGTHS) or not all(inside):
         return np.inf
     bars = {"BE": "E", "F": "E", "BC": "C"}
@@ -79,13 +81,13 @@ def groups() -> float:
         for ring, pin in bars.items()
     ]
     apart = np.hypot(*(spots["outer-BC"] - spots["outer-BE"])) > 0.3
-    texts = [own.get_text() for own in axes.texts]
+    texts = [text.get_text() for text in axes.texts]
     return max(gaps) / 1e-9 if apart and texts.count("class II, order 2") == 3 else np.inf
 
 
 def arcs() -> float:
     axes = md.plot(pose(), "diagram", angles=["all"])
-    lines = {str(own.get_gid()): own.get_xydata() for own in axes.lines}
+    lines = {str(line.get_gid()): line.get_xydata() for line in axes.lines}
     wanted = {"φ4": -41.64031, "φ6": -8.69033, "φ7": 119.38749, "φ1": 38.117}
     worst = 0.0
     for name, degrees in wanted.items():

@@ -53,22 +53,22 @@ def draw_angles(sheet: Sheet, scene: DrawnScene, pose: int, wanted: Sequence[str
     """Draw arcs of the angles that are asked for, see `angles_of`; return their letters."""
     corners: list[Array] = []
     texts = []
-    for own in angles_of(scene, pose, wanted):
-        center = sheet.at(own.corner)
+    for marked in angles_of(scene, pose, wanted):
+        center = sheet.at(marked.corner)
         times = sum(float(np.hypot(*(center - other))) < NEAR for other in corners)
         corners.append(center)
-        radius, gid = RADIUS + STEP * times, f"angle-{own.name}"
-        for direction in (own.start, own.start + own.turn):
+        radius, gid = RADIUS + STEP * times, f"angle-{marked.name}"
+        for direction in (marked.start, marked.start + marked.turn):
             ray = np.array([np.cos(direction), np.sin(direction)])
             sheet.line([center, center + (radius + BEYOND) * ray], color=style.FAINT,
                        width=style.THIN, dash=style.DASHED, gid=f"{gid}-side",
                        z=style.Z_GHOST, weight=style.RING)  # fmt: skip
-        points = arc(center, radius, own.start, own.start + own.turn)
+        points = arc(center, radius, marked.start, marked.start + marked.turn)
         sheet.line(points, color=style.LOAD, width=style.THIN, gid=gid)
         _head(sheet, points)
-        middle = own.start + own.turn / 2
+        middle = marked.start + marked.turn / 2
         out = np.array([np.cos(middle), np.sin(middle)])
-        texts.append(letter(own.name, gid, center + radius * out, 2.0, [-out]))
+        texts.append(letter(marked.name, gid, center + radius * out, 2.0, [-out]))
     return texts
 
 
@@ -139,7 +139,7 @@ def _coordinate(scene: DrawnScene, text: str) -> NamedCoordinate:
 def _letter(scene: DrawnScene, entry: NamedCoordinate, given: str) -> str:
     """Return the letter given, that of an output of the file, or that of explanations."""
     outputs: Json = dict(scene.mechanism.outputs)
-    name = given or next((own for own, text in outputs.items() if text == entry.text), "")
+    name = given or next((key for key, text in outputs.items() if text == entry.text), "")
     if not name and entry.part in scene.mechanism.bodies:
         name = f"φ{numbers_of(scene.mechanism)[entry.part]}"
     stem = (name or f"θ{entry.part}").rstrip("0123456789_")

@@ -134,7 +134,7 @@ def pieces_of(
     """Return the groups that are shown in a pose."""
     found = groups_of(result, scene)
     alone = None if group is None else named_group([name for name, _ in found], group)
-    entries = {own["name"]: own for own in result.summary.get("groups") or ()}
+    entries = {group["name"]: group for group in result.summary.get("groups") or ()}
     earlier = {GROUND}
     pieces = []
     for name, bodies in found:
@@ -169,14 +169,14 @@ def _piece(
     """Return a group alone: its links, and of others the points on which it hangs."""
     whole, mine = scene.mechanism, set(bodies)
     joints = {
-        own.name: own
-        for own in scene.joints(pose)
-        if mine & set(own.bodies) and set(own.bodies) <= mine | earlier
+        joint.name: joint
+        for joint in scene.joints(pose)
+        if mine & set(joint.bodies) and set(joint.bodies) <= mine | earlier
     }
-    outer = [own for own in joints.values() if not set(own.bodies) <= mine]
+    outer = [joint for joint in joints.values() if not set(joint.bodies) <= mine]
     held: dict[str, list[str]] = {}
-    for own in outer:
-        for side in (own.first, own.second):
+    for joint in outer:
+        for side in (joint.first, joint.second):
             body, point = side.split(".")
             if body not in mine and body != GROUND:
                 held.setdefault(body, []).append(point)
@@ -219,14 +219,14 @@ def draw_pieces(
     texts: list[Writing] = []
     links = Links()
     for piece, shift in zip(pieces, shifts, strict=True):
-        origins = {name: own + shift for name, own in piece.scene.origins.items()}
+        origins = {name: origin + shift for name, origin in piece.scene.origins.items()}
         moved = replace(piece.scene, origins=origins)
         known = {*moved.mechanism.bodies, *moved.mechanism.joints} - piece.strangers
-        drivers = tuple(own for own in every if own.part in known)
+        drivers = tuple(driver for driver in every if driver.part in known)
         shown = replace(view, bounds=piece.bounds, drivers=drivers)
         places, parts, marks = draw_scene(sheet, moved, result, pose, shown, words)
-        for own in [own for own in piece.outer if not own.meshes]:
-            _ring(sheet, moved, own, pose)
+        for joint in [joint for joint in piece.outer if not joint.meshes]:
+            _ring(sheet, moved, joint, pose)
         if view.labels:
             letters = letters_of(moved, pose, places) | names
             rows = writings(sheet, moved, pose, places, parts, marks, letters)
@@ -264,8 +264,8 @@ def _arranged(sheet: Sheet, pieces: Sequence[DrawnGroup]) -> tuple[list[Array], 
     best: tuple[float, int] = (0.0, 1)
     for columns in range(1, len(pieces) + 1):
         spans = _spans(sizes, columns)
-        left = room - np.array([len(own) for own in spans]) * PAD
-        whole = np.array([sum(own) for own in spans])
+        left = room - np.array([len(row) for row in spans]) * PAD
+        whole = np.array([sum(row) for row in spans])
         scale = float((np.maximum(left, 20.0) / np.maximum(whole, 1e-300)).min())
         best = max(best, (scale, columns))
     metre, columns = best

@@ -168,10 +168,12 @@ def chosen_labels(
         there = [k for k in order if first.gid in every[k]]
         half = np.array([first.label.width, first.label.height]) / 2
         anchors = anchors_of(first)
-        best = min((course(first.label, own, first.gid, there) for own in anchors), key=_price)
+        best = min(
+            (course(first.label, anchor, first.gid, there) for anchor in anchors), key=_price
+        )
         if best.cost > 2 * layout.POOR * len(there):
             far = layout.wider(first.label, WIDER, np.inf)
-            more = (course(far, own, first.gid, there) for own in anchors)
+            more = (course(far, anchor, first.gid, there) for anchor in anchors)
             best = min(best, *more, key=_price)
         for k, spot in zip(there, best.spots, strict=True):
             box = np.array([[*(spot - half), *(spot + half), TAKEN]])

@@ -42,7 +42,7 @@ class _Builder(Relations):
         self.count = Counter[str]()
 
     def plan(self, group: str | None) -> Plan:
-        groups = [own for own in self.groups if group in (None, own[0])]
+        groups = [entry for entry in self.groups if group in (None, entry[0])]
         spots = self.spots if group is None else self._spots_of(groups[0][1])
         arrows: dict[tuple[float, ...], Arrow] = {}
         relations: list[tuple[str, tuple[str, ...]]] = []

@@ -128,7 +128,9 @@ def _drawn(
         plans = [motion_plan(result, scene, index, word, name) for word in words]
     if which == "force" or (which is None and result.efforts):
         forces = force_plans(result, scene, index)
-        forces = [own for own in forces if name in (None, *(entry for entry, _ in own.relations))]
+        forces = [
+            plan for plan in forces if name in (None, *(entry for entry, _ in plan.relations))
+        ]
         plans += forces if which == "force" else forces[:FORCES]
     if which is not None and len(plans) == 1:
         return _single(result, scene, index, ax, plans[0], scales)

@@ -52,10 +52,12 @@ def fragments_in_space(result: SweepResult, shares: Array, lang: str = "en") -> 
     paper = Sheet(None, *bounds[:2], larger=style.PAGE)
     pose, items, _ = items_of(paper, scene, result, index, shown)
     loads = SpatialLoads(pose, result, Words(lang), peak)
-    arrows = [own for own in loads.arrows() if _steady(scene, result, str(own.gid), some)]
-    drawn = {own.gid for own in arrows}
+    arrows = [arrow for arrow in loads.arrows() if _steady(scene, result, str(arrow.gid), some)]
+    drawn = {arrow.gid for arrow in arrows}
     sheet.drawn.clear()
-    labels.write(sheet, index, [own for own in loads.marks if f"load-{own.name}" in drawn], shares)
+    labels.write(
+        sheet, index, [mark for mark in loads.marks if f"load-{mark.name}" in drawn], shares
+    )
     writer = FragmentWriter(sheet, lambda body: SpatialFrame(sheet, pose, body))
     drawing = {
         "solids": list(_solids(items + arrows, pose)),

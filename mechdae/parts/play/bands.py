@@ -172,22 +172,22 @@ class BandGraphs:
             (known[k][0], known[k][1], b)
             for k, b in zip(*second.sparsity().get_triplet(), strict=True)
         ]
-        kept = [k for k, (_, a, b) in enumerate(places) if a <= b]
+        valid = [k for k, (_, a, b) in enumerate(places) if a <= b]
         entries: list[Sym] = second.nonzeros()
-        values = ca.vertcat(SX(0, 1), *[entries[k] for k in kept])
+        values = ca.vertcat(SX(0, 1), *[entries[k] for k in valid])
         floors, v, r = Floors(SX.sym("floor", SLOTS)), SX.sym("v", self.q.numel()), self.r
         ranges = [(self.q - r, self.q + r), (-r, r), (self.u, self.u)]
         third = ca.jtimes(values, self.q, v)
         changes, _ = enclosure(third, [self.q, v, self.u], ranges, floors, rounding=False)
-        return [places[k] for k in kept], values, changes, floors
+        return [places[k] for k in valid], values, changes, floors
 
-    def _bent(self, forms: Sym, own: Sym) -> Sym:
-        """Return bounds of second derivatives of `forms` Phi + `own` y, taken twice along the box.
+    def _bent(self, forms: Sym, factors: Sym) -> Sym:
+        """Return bounds of second derivatives of `forms` Phi + `factors` y, twice along the box.
 
         They are summed with their signs where q is, so that what cancels does.
         """
         places, values, changes, _ = self._second
-        matrix = ca.horzcat(forms, own)
+        matrix = ca.horzcat(forms, factors)
         pairs: dict[tuple[int, int], list[tuple[int, int]]] = {}
         for k, (i, a, b) in enumerate(places):
             pairs.setdefault((a, b), []).append((i, k))

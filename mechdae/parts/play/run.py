@@ -127,7 +127,7 @@ class _Banded:
         for kind, word in NAMES.items():
             parts = getattr(self.swept, kind).items()
             changes[kind] = Named(
-                word, {p: Series({**own.open(), **series.get((kind, p), {})}) for p, own in parts}
+                word, {p: Series({**part.open(), **series.get((kind, p), {})}) for p, part in parts}
             )
         later = LazyPart(lambda: {"play": self._summary()})
         return self.swept.as_kind(

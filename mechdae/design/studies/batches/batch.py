@@ -98,7 +98,7 @@ class SeriesBatch:
         self.unread = [path for path, reading in zip(outputs, read, strict=True) if reading is None]
         self.read = [reading for reading in read if reading is not None]
         self.series = [reading for reading in self.read if isinstance(reading, SeriesReading)]
-        self.asked = self._asked()
+        self.asked = self._selected()
         self.why_not = self._why_not()
 
     def _prepared(self) -> Setting:
@@ -107,7 +107,7 @@ class SeriesBatch:
     def _reading(self, path: str) -> Reading | None:
         return reading_of(path, self.setting.outputs, self.task)
 
-    def _asked(self) -> Asked:
+    def _selected(self) -> Asked:
         """Return orders and columns that are needed at poses."""
         return Asked((*((s.order, s.columns) for s in self.series), *self._more()))
 

@@ -17,7 +17,7 @@ from mechdae.types import Booleans, Floats, Integers, Matrix
 class SetPoses(SeriesBatch):
     """Poses of sets with bounds, each reached from its own sketch by proved steps."""
 
-    def _asked(self) -> Asked:
+    def _selected(self) -> Asked:
         count = self.setting.graphs.pose.size1_out(5)
         return Asked(((self.task.derivatives, tuple(range(count))),), bounds=True)
 

@@ -56,7 +56,7 @@ class Stops:
         with np.errstate(invalid="ignore"):
             return np.where(np.abs(off) > half + room, np.sign(off), 0.0)
 
-    def told(self, k: int, side: float, middle: float, half: float) -> str:
+    def sentence(self, k: int, side: float, middle: float, half: float) -> str:
         """Return which limit a joint is beyond."""
         c = self.coordinates[k]
         word, end = c.text.rpartition(".")[2], "greatest" if side > 0 else "least"
@@ -75,7 +75,7 @@ def beyond(scene: Scene, x: Unknowns, u: Floats, p: Floats) -> dict[int, str]:
     rows = np.flatnonzero(over.any(axis=1))
     _, half, middle = stops.off(x, u, p) if rows.size else (over,) * 3
     firsts = {int(n): int(np.flatnonzero(over[n])[0]) for n in rows}
-    return {n: stops.told(k, over[n, k], middle[n, k], half[n, k]) for n, k in firsts.items()}
+    return {n: stops.sentence(k, over[n, k], middle[n, k], half[n, k]) for n, k in firsts.items()}
 
 
 def mark(setting: Setting, run: Run) -> None:
@@ -84,17 +84,17 @@ def mark(setting: Setting, run: Run) -> None:
     stops = _stops(scene)
     over = stops.over(scene.model.mechanism.scale, run.poses.x, run.values, p)
     _, half, middle = (part[0] for part in stops.off(run.poses.x[:1], run.values[:1], p))
-    told = []
+    sentences = []
     for k in np.flatnonzero(over.any(axis=0)).tolist():
         rows = np.flatnonzero(over[:, k])
-        sentence = stops.told(k, over[rows[0], k], middle[k], half[k])
+        text = stops.sentence(k, over[rows[0], k], middle[k], half[k])
         more = f" and {len(rows) - 1} more poses" if len(rows) > 1 else ""
-        told.append(f"{sentence} at {named_poses(setting, run, rows[:1])}{more}")
+        sentences.append(f"{text} at {named_poses(setting, run, rows[:1])}{more}")
     if len(run.values) > 1:
         for k in range(len(stops.coordinates)):
             run.events += _met(setting, run, stops, k)
-    if told:
-        run.stopped, run.fault = np.array(over.any(axis=1)), "; ".join(told)
+    if sentences:
+        run.stopped, run.fault = np.array(over.any(axis=1)), "; ".join(sentences)
         run.summary["stopped"] = [
             stops.coordinates[k].part for k in np.flatnonzero(over.any(axis=0))
         ]

@@ -102,16 +102,18 @@ class Worked:
 def found_by(subject: Subject, bodies: tuple[str, ...], joints: list[str]) -> Iterator[Passage]:
     """Yield how the angles of a group of two links with three pairs are found."""
     pairs = [subject.scene.mechanism.joints[name] for name in joints]
-    inner = [own for own in pairs if set(own.bodies) == set(bodies)]
-    outer = [own for body in bodies for own in pairs if own not in inner and body in own.bodies]
+    inner = [joint for joint in pairs if set(joint.bodies) == set(bodies)]
+    outer = [
+        joint for body in bodies for joint in pairs if joint not in inner and body in joint.bodies
+    ]
     if len(bodies) != 2 or len(inner) != 1 or len(outer) != 2 or len(pairs) != 3:
         return
     if {f"{name}.{word}" for name in (*bodies, *joints) for word in ("angle", "slide")} & set(
         subject.result.drivers
     ):
         return
-    kinds = [own.hinge for own in (outer[0], inner[0], outer[1])]
-    if not all(own.hinge or own.guide for own in pairs):
+    kinds = [joint.hinge for joint in (outer[0], inner[0], outer[1])]
+    if not all(joint.hinge or joint.guide for joint in pairs):
         return
     if kinds == [True, True, True]:
         yield from _circles(subject, bodies, outer, inner[0])
@@ -137,7 +139,7 @@ def _circles(
 ) -> Iterator[Passage]:
     """Yield where two circles meet, and the law of cosines."""
     say, worked = subject.say, Worked()
-    names = [subject.letter(_far(own, body)) for own, body in zip(outer, bodies, strict=True)]
+    names = [subject.letter(_far(joint, body)) for joint, body in zip(outer, bodies, strict=True)]
     middle = subject.letter(_side(inner, bodies[0]))
     one, other = (subject.place(_side(o, b)) for o, b in zip(outer, bodies, strict=True))
     there = subject.place(_side(inner, bodies[0]))
@@ -174,7 +176,7 @@ def _line(subject: Subject, body: str, pin: Joint, inner: Joint, guide: Joint) -
     """Yield where a circle meets a line."""
     worked, scene = Worked(), subject.scene
     start, middle = subject.letter(_far(pin, body)), subject.letter(_side(inner, body))
-    base = _far(guide, next(own for own in inner.bodies if own != body))
+    base = _far(guide, next(name for name in inner.bodies if name != body))
     here, there = subject.place(_side(pin, body)), subject.place(_side(inner, body))
     axis = scene.direction(guide.first_body, scene.numbers[f"{guide.name}.axis"], subject.pose)
     arm = there - here
@@ -262,7 +264,7 @@ def _angle(
     rest = value - sum(turn for _, turn in turns)
     rounds = round(rest / (2 * pi))
     turns.append((number(360.0 * rounds, "°"), 2 * pi * rounds))
-    turns = [turns[0], *(own for own in turns[1:] if abs(own[1]) > SEEN)]
+    turns = [turns[0], *(turn for turn in turns[1:] if abs(turn[1]) > SEEN)]
     figures = [number(degrees(turn), "°", 8) for _, turn in turns]
     sides: list[Part] = [Sum(tuple(letter for letter, _ in turns))]
     sides += [Sum(tuple(figures))] * (len(figures) > 1)

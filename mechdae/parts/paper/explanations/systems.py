@@ -113,7 +113,7 @@ def system_of(
     for one in moving:
         lead = leads[one.turning or one.letter]
         if one is not lead:
-            letters = (replace(own.letter, vector=False) for own in (one, lead))
+            letters = (replace(side.letter, vector=False) for side in (one, lead))
             left, letter = letters
             yield Formula(Equation((left, Product((number(one.arm / lead.arm), letter)))))
     names = Matrix(tuple((replace(one.letter, vector=False),) for one in unknown))
@@ -212,10 +212,10 @@ def _addend(subject: Subject, relation: Relation, k: int) -> SizedTerm:
 def _turning(subject: Subject, body: str) -> str:
     """Return the first of the links that turn as a body does."""
     alike = {body}
-    guides = [own for own in subject.scene.mechanism.joints.values() if own.keeps_angle]
+    guides = [guide for guide in subject.scene.mechanism.joints.values() if guide.keeps_angle]
     for _ in guides:
-        for own in guides:
-            alike |= set(own.bodies) if alike & set(own.bodies) else set()
+        for guide in guides:
+            alike |= set(guide.bodies) if alike & set(guide.bodies) else set()
     return min(alike)
 
 
