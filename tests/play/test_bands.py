@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.patches import PathPatch
 
 import mechdae as md
 from mechdae.describe.file.load import from_dict
@@ -238,3 +239,25 @@ def test_the_long_study_found_nothing_outside() -> None:
         assert figures["median"] < 1.2
         assert figures["worst"] < 2
         assert figures["not_proved"] < figures["bands"] / 4
+
+
+def test_the_ribbon_follows_the_path_and_closes() -> None:
+    """Of few poses of a turn: as wide as the bands everywhere, without a notch at the start."""
+    linkage = md.four_bar(ground=0.1, crank=0.04, coupler=0.12, rocker=0.08)
+    joints = dict(linkage.mechanism.joints)
+    joints["B"] = replace(joints["B"], clearance=1e-4)
+    task = md.Play(md.Driver("crank.angle", from_=0.0, to=2 * np.pi), poses=7)
+    result = md.solve(replace(linkage.mechanism, joints=joints), task)
+    panel = md.plot(result, "band", of=["coupler.C"])
+    (ring,) = [p.get_path().vertices for p in panel.patches if isinstance(p, PathPatch)]
+    assert len(ring) > 2 * 33
+    assert ring[-1] == pytest.approx(ring[0])  # matplotlib does not draw the last one
+    left, right = np.split(ring[:-1], 2)
+    wide = np.hypot(*(left - right[::-1]).T)
+    assert wide.max() / wide.min() == pytest.approx(
+        np.ptp(result.points["coupler.C"].distance_band)
+        / result.points["coupler.C"].distance_band.min()
+        + 1,
+        rel=0.1,
+    )
+    assert left[0] == pytest.approx(left[-1], abs=0.1 * wide.min())

@@ -9,6 +9,8 @@ from mechdae.results.tables.text import fact, in_unit
 
 MOST = 5
 """Bands in the table."""
+NOTHING = 1e-12
+"""Rounding, of angles and of lengths as shares of the mechanism's size: no band."""
 
 
 def band_lines(result: Result, width: int) -> list[str]:
@@ -28,6 +30,8 @@ def band_facts(result: Result, width: int) -> list[str]:
     play = result.summary["play"]
     for path, entry in play["largest"].items():
         kind, part, name = path.split("/")
+        if entry["band"] <= NOTHING * (1.0 if name == "angle" else result.mechanism.scale):
+            continue
         share = entry["shares"][entry["joint"]] / sum(entry["shares"].values())
         text = (
             f"{part} {name} +- {in_unit(entry['band'], result.unit(kind, part, name), 4, units)} "

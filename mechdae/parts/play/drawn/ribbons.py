@@ -13,12 +13,15 @@ from matplotlib.path import Path
 from mechdae.draw import style
 from mechdae.draw.graphs import coupler
 from mechdae.draw.graphs.scale import scale_of
+from mechdae.draw.smooth import in_picture, smooth
 from mechdae.errors import InputError
 from mechdae.types import Floats, Points
 
 if TYPE_CHECKING:
     from mechdae.results import SweepResult
 
+SAME = 1e-6
+"""Share of a path's size within which its ends are one place."""
 SEEN = 0.03
 """Share of the size of the paths that the widest band has in the picture."""
 
@@ -46,8 +49,9 @@ def draw(
         No point has a band.
     """
     points = list(of or coupler.default_points(result))
-    places = [result.points[name].position for name in points]
-    bands = [result.points[name].distance_band for name in points]
+    between = smooth(result, lambda one: in_picture([one.points[p].position for p in points]))
+    places = [between.points[name].position for name in points]
+    bands = [between.points[name].distance_band for name in points]
     widest = max((np.nanmax(band, initial=0.0) for band in bands), default=0.0)
     if not widest:
         raise InputError("no band is proved of these points", where="of")
@@ -73,8 +77,11 @@ def _ribbon(panel: Axes, place: Points, band: Floats, color: str) -> None:
         if end - first < 2:
             continue
         line, half = place[first:end], band[first:end, None]
-        along = np.gradient(line, axis=0)
+        closes = np.hypot(*(line[-1] - line[0])) <= SAME * np.ptp(line)
+        around = np.concatenate([line[-2:-1], line, line[1:2]]) if closes else line
+        along = np.gradient(around, axis=0)[1:-1] if closes else np.gradient(line, axis=0)
         size = np.linalg.norm(along, axis=1, keepdims=True)
         normal = np.stack([-along[:, 1], along[:, 0]], axis=1) / np.where(size > 0, size, 1.0)
-        ring = np.concatenate([line + half * normal, (line - half * normal)[::-1]])
+        left, right = line + half * normal, line - half * normal
+        ring = np.concatenate([left, right[::-1], left[:1]])  # the last one is not drawn
         panel.add_patch(PathPatch(Path(ring, closed=True), color=color, alpha=0.2, lw=0, zorder=1))
