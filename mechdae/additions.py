@@ -9,7 +9,7 @@ dictionary::
     [project.entry-points."mechdae.parts"]
     my_part = "my_package.adds:ADDS"
 
-A *case* is what only some mechanisms have: curves, superfluous equations, space. It adds itself
+A *case* is what only some mechanisms have: curves, redundant equations, space. It adds itself
 in the same way, under the trait of those mechanisms, and the plain code asks all cases a question
 (`of_cases`) without naming one. They stand in `mechdae.CASES`, in the order in which they answer.
 """

@@ -29,10 +29,10 @@ def about_speeds(mechanism: Mechanism, task: Driven) -> list[str]:
 
 
 def about_closure(mechanism: Mechanism) -> list[str]:
-    """Return how far superfluous equations of a task may stay open."""
+    """Return how far redundant equations of a task may stay open."""
     if not mechanism.tolerance:
         return []
-    return [f"superfluous equations close within {mechanism.tolerance:g} m ({TOLERANCE})"]
+    return [f"redundant equations close within {mechanism.tolerance:g} m ({TOLERANCE})"]
 
 
 def about_inertia(mechanism: Mechanism, task: Reactions) -> list[str]:

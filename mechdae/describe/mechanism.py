@@ -107,7 +107,7 @@ class Mechanism(Record):
         "drawn": in space, points and directions of all bodies are places in one assembled pose.
         There all angles of joints are 0, and the sketch says so where it says nothing else.
     closure_tolerance
-        By how much superfluous equations may stay open [m], angles as what they are at its scale;
+        By how much redundant equations may stay open [m], angles as what they are at its scale;
         without it they are met to the rounding of the numbers given.
     units
         What its results are shown in, ``"mm,deg"``; of a file what it is written in.
@@ -286,7 +286,7 @@ class Mechanism(Record):
 
     @property
     def tolerance(self) -> float:
-        """By how much superfluous equations may stay open [m], 0: by rounding."""
+        """By how much redundant equations may stay open [m], 0: by rounding."""
         return self._values.get(TOLERANCE, 0.0)
 
     @cached_property

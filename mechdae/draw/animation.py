@@ -65,7 +65,7 @@ class Animation:
     poses
         Indices of the poses, in order.
     closed
-        Whether the motion closes: the pose after the last is the first. Others run to and fro.
+        Whether the motion closes: the pose after the last is the first. Others run back and forth.
     duration
         Time of a frame [ms].
     dpi
@@ -247,7 +247,7 @@ def animate(
     """Return the motion of a result as an animation.
 
     A closed motion is shown once around, its last pose left out because it is the first
-    one; any other runs to and fro. Poses that do not assemble are left out: of several
+    one; any other runs back and forth. Poses that do not assemble are left out: of several
     arcs the longest is shown.
 
     Parameters
@@ -346,7 +346,7 @@ def frames_of(
 
 
 def _picked(run: Sequence[int], whole: bool, most: int) -> list[int]:
-    """Return the poses of a run that are shown: once around if it closes, else to and fro."""
+    """Return the poses of a run that are shown: once around if it closes, else back and forth."""
     poses = run[:-1] if whole else run
     picks = np.arange(min(most, len(poses)))
     if len(poses) > most:

@@ -45,7 +45,7 @@ ASIDE = 1e-2
 DEFICIENT = 1e-4
 """Singular value, over the largest, that the right-hand side takes for none at a start."""
 OPEN = 1e-6
-"""Share of the accelerations by which superfluous equations may contradict each other."""
+"""Share of the accelerations by which redundant equations may contradict each other."""
 INTEGRATORS: dict[str, type[Integrator]] = {
     "explicit": DormandPrince,
     "bdf": Cvodes,
@@ -124,7 +124,7 @@ def check_inertia(setup: MotionProblem, x: Unknowns, v: Floats) -> None:
 
 
 def check_friction(setup: MotionProblem, x: Unknowns, v: Floats) -> None:
-    """Raise for friction on forces that superfluous equations leave open.
+    """Raise for friction on forces that redundant equations leave open.
 
     Multipliers that balance without any load must not press where there is friction, at the
     start and at a pose beside it: a singular pose alone decides nothing.
@@ -166,7 +166,7 @@ def check_friction(setup: MotionProblem, x: Unknowns, v: Floats) -> None:
     if common:
         joints = ", ".join(name for name in r.model.mechanism.joints if name in common)
         raise IndeterminateFrictionError(
-            f"superfluous equations leave the forces open that press on {joints}: friction (F3) "
+            f"redundant equations leave the forces open that press on {joints}: friction (F3) "
             "that follows from them is not determined",
             where=f"joints.{sorted(common)[0]}.friction",
             hint="take away what holds twice, or the friction there",
@@ -174,7 +174,7 @@ def check_friction(setup: MotionProblem, x: Unknowns, v: Floats) -> None:
 
 
 def check_rest(setup: MotionProblem, x: Unknowns, v: Floats) -> None:
-    """Raise where superfluous equations contradict each other in their accelerations.
+    """Raise where redundant equations contradict each other in their accelerations.
 
     J x'' = gamma is a question of the pose, the speeds and the laws alone: forces are not asked.
     What no acceleration meets is the part of gamma across the image of J.

@@ -1,6 +1,6 @@
 """Which reactions of a motion are unique, by the rule of a task of reactions.
 
-Superfluous equations leave self-stresses open as long as the motion lasts; pairs that stick
+Redundant equations leave self-stresses open as long as the motion lasts; pairs that stick
 together and are more than the freedoms leave others open as long as they stick: the force that
 holds a locked pair is one more multiplier.
 """
@@ -151,7 +151,7 @@ def _least(left: Stressed, name: str) -> int:
 def _describe(
     found: Unique, model: Model, left: Stressed, q: Unknowns, reactions: Mapping[str, Reactions]
 ) -> None:
-    """Fill in what superfluous equations leave unique."""
+    """Fill in what redundant equations leave unique."""
     orientations = Orientations(model, StructureCache(), range(q.shape[1]), q)
     for name in left.lost:
         unique_part = left.directions(name, orientations)

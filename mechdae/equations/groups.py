@@ -6,7 +6,7 @@ of its coordinates point to each other, and so do a curve joint, its own coordin
 equations; (3) the strongly connected components are the
 Assur groups, in the order in which they are solved from the driver outwards. Class, order
 and kind follow Artobolevsky; a higher pair counts as the link and the two lower pairs that
-replace it. Where equations are superfluous, a case tells which groups have more of them than
+replace it. Where equations are redundant, a case tells which groups have more of them than
 coordinates.
 """
 
@@ -66,11 +66,11 @@ class Group:
         """Name in the structural formula: ``II.3 RPR(2,3)``; redundant groups say so."""
         numbers = ",".join(map(str, self.numbers))
         if self.kind.startswith(SPATIAL):
-            over = f" [{self.superfluous} superfluous]" if self.superfluous else ""
+            over = f" [{self.superfluous} redundant]" if self.superfluous else ""
             return f"{self.kind}({numbers}){over}"
         if self.kind in KINDS:
             return f"II.{KINDS[self.kind]} {self.kind}({numbers})"
-        over = f" [{self.superfluous} superfluous]" if self.superfluous else ""
+        over = f" [{self.superfluous} redundant]" if self.superfluous else ""
         if self.kind in ("driver", "weld"):
             return f"{'I' if self.kind == 'driver' else 'weld'}({numbers}){over}"
         return f"{self.roman} {self.kind}({numbers}){over}"
@@ -88,7 +88,7 @@ class Group:
 
     @property
     def superfluous(self) -> int:
-        """How many of the group's equations are superfluous."""
+        """How many of the group's equations are redundant."""
         return len(self.rows) - len(self.columns)
 
     @property
@@ -108,7 +108,7 @@ def body_numbers(mechanism: Mechanism) -> dict[str, int]:
 def assur_groups(model: Model, rows: Sequence[Row], coarse: bool = False) -> list[Group]:
     """Return the groups in solve order.
 
-    With `coarse` the bodies with superfluous equations are one group, but for the driven ones.
+    With `coarse` the bodies with redundant equations are one group, but for the driven ones.
 
     Raises
     ------

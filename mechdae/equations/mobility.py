@@ -68,7 +68,7 @@ def missing_constraints(
     parts = [f"{plural(missing, 'constraint')} missing: {_list(free)} can still move"]
     if extra:
         owners = list(dict.fromkeys(rows[i].owner for i in over))
-        parts.append(f"{plural(extra, 'constraint')} superfluous among {_list(owners)}")
+        parts.append(f"{plural(extra, 'constraint')} redundant among {_list(owners)}")
     count = count_mobility(model.mechanism)
     drivers = sum(row.driver for row in rows)
     terms = [f"{k}*{count[f'p{k}']}" for k in (5, 4, 3, 2, 1) if count.get(f"p{k}")]

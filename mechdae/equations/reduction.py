@@ -169,7 +169,7 @@ class Scene:
 
     @property
     def redundant(self) -> list[Group]:
-        """The groups with superfluous equations."""
+        """The groups with redundant equations."""
         return [group for group in self.groups if group.superfluous]
 
     def hanging(self, *indices: int) -> set[int]:
@@ -269,7 +269,7 @@ def scene(
 ) -> Scene:
     """Return the scene: only groups that the outputs, the drivers or bodies `sought` depend on.
 
-    With `coarse` all bodies with superfluous equations are one group. For a task of forces
+    With `coarse` all bodies with redundant equations are one group. For a task of forces
     `loaded` are the bodies that forces act on: those of their groups are kept too, and those of
     bodies with a mass.
     """
@@ -452,7 +452,7 @@ def _best_pivot(jacobian: Sym, nonzero: Sequence[Sym]) -> tuple[int, int, Sym] |
 def split(rest: list[Equation], left: list[Sym]) -> list[tuple[list[Sym], list[Equation]]]:
     """Return the blocks (unknowns, equations) of a system in solve order.
 
-    Where equations are superfluous, the parts that share them come first: they depend on
+    Where equations are redundant, the parts that share them come first: they depend on
     no other unknowns.
     """
     if not left:

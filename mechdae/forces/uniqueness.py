@@ -1,4 +1,4 @@
-"""Which reactions are unique where constraints are superfluous.
+"""Which reactions are unique where constraints are redundant.
 
 With N a basis of the multipliers that balance without any load (self-stress), a component w of
 a joint's reaction C lambda is unique where w C N = 0 (Wojtyra 2005; Wojtyra and Fraczek 2013).
@@ -67,13 +67,13 @@ def require_unique(statics: InverseDynamics, motion: LoadedPoses, paths: Iterabl
         name, _, quantity = rest.partition("/")
         if head == "joints" and unique and not unique.given(statics.balance, name, quantity):
             raise SolveError(
-                f"{path} has no value: constraints are superfluous, it is not unique",
-                hint="efforts, and reactions whose joints show does not name as superfluous",
+                f"{path} has no value: constraints are redundant, it is not unique",
+                hint="efforts, and reactions whose joints show does not name as redundant",
             )
 
 
 def uniqueness(statics: InverseDynamics, motion: LoadedPoses) -> Uniqueness | None:
-    """Return what is unique, None in a scene without superfluous constraints.
+    """Return what is unique, None in a scene without redundant constraints.
 
     Raises
     ------
@@ -352,7 +352,7 @@ def _check_friction(statics: InverseDynamics, stressed: Stressed) -> None:
         names = ", ".join(dict.fromkeys(guilty))
         raise IndeterminateFrictionError(
             f"friction in joints {names} needs normal forces that are not unique: constraints "
-            f"are superfluous",
+            f"are redundant",
             where=f"joints.{guilty[0]}.friction",
-            hint="take superfluous joints away, or leave friction out of those joints",
+            hint="take redundant joints away, or leave friction out of those joints",
         )

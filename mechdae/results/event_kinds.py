@@ -31,7 +31,7 @@ class GroupEvent(Event):
 class ChangePoint(GroupEvent):
     """Two branches meet: what was done, and the tangents of both by unknown.
 
-    ``excluded`` tells that the other one does not meet superfluous equations.
+    ``excluded`` tells that the other one does not meet redundant equations.
     """
 
     action: str

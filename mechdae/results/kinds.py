@@ -46,7 +46,7 @@ class ReactionsResult(SweepResult):
         Torque or force conjugate to each driver, (n,) by its name; ``parts`` has further ones by
         word: uncoupled, static, inertial.
     unique
-        Where constraints are superfluous: unique directions of a joint's reaction, the values
+        Where constraints are redundant: unique directions of a joint's reaction, the values
         along them, the frame of the directions.
     solutions
         All solutions of the poses that have several.

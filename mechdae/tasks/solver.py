@@ -36,7 +36,7 @@ class Solver:
     What depends on the mechanism's structure alone (model, equations, kernels, buffers) is built
     once and kept as long as the solver lives. Every call assembles the sketch of its own numbers,
     so it starts on the mode that `md.solve` starts on. A set of numbers of another structure (a
-    number that is no longer zero, another range of a curve) is right too, and builds anew.
+    number that is no longer zero, another range of a curve) is right too, and builds again.
 
     Parameters
     ----------

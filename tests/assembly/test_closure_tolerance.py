@@ -36,7 +36,7 @@ def test_poses_are_those_of_least_squares_within_their_bounds(seed: int) -> None
 def test_the_value_that_is_named_does(seed: int) -> None:
     noise = 10.0 ** -np.random.default_rng(seed).uniform(5, 10)
     mechanism = parallelogram(noise, seed)
-    with pytest.raises(AssemblyError, match="superfluous and must be met exactly") as caught:
+    with pytest.raises(AssemblyError, match="redundant and must be met exactly") as caught:
         md.solve(mechanism, AT)
     result = md.solve(mechanism.with_values({"closure_tolerance": value_named(caught.value)}), AT)
     assert list(result.status) == ["ok"]
@@ -45,7 +45,7 @@ def test_the_value_that_is_named_does(seed: int) -> None:
 def test_a_motion_that_is_locked_names_a_value_that_does() -> None:
     mechanism = locked(1e-9)
     result = md.solve(mechanism, FULL)
-    assert "superfluous equations hold there, but no further" in result.fault
+    assert "redundant equations hold there, but no further" in result.fault
     enough = max(entry["closure_tolerance"] for entry in result.summary["failed"])
     assert f"closure_tolerance = {enough:g}" in result.fault
     assert enough <= 1e-7
@@ -53,7 +53,7 @@ def test_a_motion_that_is_locked_names_a_value_that_does() -> None:
     assert set(freed.status) == {"ok"}
     assert freed.fault is None
     assert 1e-10 < freed.summary["closure"]["length"] < 1e-8
-    assert f"superfluous equations close within {enough:g} m" in str(freed.summary["assumptions"])
+    assert f"redundant equations close within {enough:g} m" in str(freed.summary["assumptions"])
 
 
 def test_what_is_no_noise_is_told_no_value() -> None:

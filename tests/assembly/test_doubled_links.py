@@ -115,7 +115,7 @@ def test_a_slider_on_both_plates_of_a_doubled_link() -> None:
     result = md.solve(mechanism, md.Sweep(driver, poses=13))
     assert np.all(result.status == "ok")
     # class IV: plate, rocker, twin and slider make a contour of four pairs
-    assert result.summary["formula"] == "I(1) -> IV 5 links(2,3,4,5,6) [3 superfluous]"
+    assert result.summary["formula"] == "I(1) -> IV 5 links(2,3,4,5,6) [3 redundant]"
     B = 0.3 * np.exp(1j * result.drivers["crank.angle"].position)
     chord = 1.0 - B
     along = (0.81 - 0.49 + abs(chord) ** 2) / (2 * abs(chord))

@@ -70,7 +70,7 @@ def test_third_crank_out_of_line_leaves_no_change_point(size: float) -> None:
     result = turn(parallelogram(OUT_OF_LINE, size=size), poses=181)
     assert np.all(result.status == "ok")
     assert result.events == ()
-    assert result.summary["formula"] == "I(1) -> II 3 links(2,3,4) [1 superfluous]"
+    assert result.summary["formula"] == "I(1) -> II 3 links(2,3,4) [1 redundant]"
     phi = result.drivers["c1.angle"].position
     for body, exact in (("c2", phi), ("c3", phi), ("beam", 0 * phi)):
         gap = np.abs(result.bodies[body].angle - exact)
@@ -113,7 +113,7 @@ def test_a_bar_without_a_body_is_a_third_crank_as_well() -> None:
         joints={**two.joints, "bar": md.Distance("bar", "ground.A3", "beam.B3", length=1.0)},
     )
     result = turn(mechanism)
-    assert result.summary["formula"] == "I(1) -> II 2 links(2,3) [1 superfluous]"
+    assert result.summary["formula"] == "I(1) -> II 2 links(2,3) [1 redundant]"
     assert np.all(result.status == "ok")
     gap = np.abs(result.bodies["c2"].angle - result.drivers["c1.angle"].position)
     assert gap.max() < 4e-15
@@ -142,7 +142,7 @@ def test_dimensions_that_do_not_close_are_refused(changes, joint, gap) -> None:
         turn(parallelogram(OUT_OF_LINE, **changes))
     text = str(caught.value)
     assert f"joint {joint} stays open by" in text
-    assert "1 is superfluous" in text
+    assert "1 is redundant" in text
     assert "A2, B2, A3, B3" in text
     size = float(text.split("stays open by ")[1].split(" m")[0])
     assert size == pytest.approx(gap, rel=0.1 if gap < 1e-8 else 2e-3)
@@ -166,7 +166,7 @@ def test_dimensions_that_close_at_one_pose_only() -> None:
     entry = result.summary["failed"][0]
     assert (entry["joint"], entry["unit"]) == ("B3", "m")
     assert entry["gap"] == pytest.approx(miss, rel=1e-6)
-    assert "superfluous equations hold there, but no further" in result.fault
+    assert "redundant equations hold there, but no further" in result.fault
 
 
 def test_data_that_close_to_rounding_are_taken() -> None:
@@ -284,7 +284,7 @@ def test_a_path_may_stop_where_the_rank_drops(action: str) -> None:
     assert np.array_equal(result.status == "ok", phi < math.pi)
     ends = [event["at"] for event in result.events if event["action"] == "stop"]
     assert ends == pytest.approx([0, math.pi], abs=1e-12)
-    assert ("does not meet the superfluous equations" in result.fault) == (action == "switch")
+    assert ("does not meet the redundant equations" in result.fault) == (action == "switch")
 
 
 def test_both_branches_of_a_doubled_beam() -> None:
@@ -406,7 +406,7 @@ def test_double_guide(axis: float) -> None:
 def test_guides_that_are_not_parallel_are_refused() -> None:
     with pytest.raises(AssemblyError, match=r"joint h stays open by 0\.001 rad") as caught:
         turn(tilted(0.001), "crank.angle")
-    assert "2 are superfluous" in str(caught.value)
+    assert "2 are redundant" in str(caught.value)
     with pytest.raises(AssemblyError, match=r"stays open by \S+ m"):
         turn(guided(0.3, second=0.301), "crank.angle")
 
@@ -433,7 +433,7 @@ def test_a_guide_out_of_reach_is_no_matter_of_superfluous_equations() -> None:
         turn(mechanism, "arm.angle", low=0.3, to=1.2)
     size = float(str(caught.value).split("stays open by ")[1].split(" m")[0])
     assert size == pytest.approx(0.4 * math.sin(1.0) - 0.3, rel=1e-3)
-    assert "superfluous and must" not in str(caught.value)
+    assert "redundant and must" not in str(caught.value)
 
 
 def tilted(angle: float) -> Mechanism:
@@ -470,7 +470,7 @@ def test_three_points_of_one_ellipse_link() -> None:
     assert np.all(np.abs(result.bodies["rod"].angle - (math.pi - phi)) <= result.bound.angle)
     assert np.abs(result.joints["x"].slide - 0.2 * np.cos(phi)).max() < 1e-15
     assert result.summary["stroke"]["y"] == pytest.approx(0.4, rel=1e-14)
-    with pytest.raises(AssemblyError, match=r"stays open by .* 1 is superfluous"):
+    with pytest.raises(AssemblyError, match=r"stays open by .* 1 is redundant"):
         turn(scott_russell(1e-3), "crank.angle")
     slide = replace(scott_russell(), sketch={"crank": 2.0, "rod": math.pi - 2, "x": -0.08})
     arc = md.solve(slide, md.Sweep(md.Driver("x.slide", range="assembled"), poses=5))
@@ -513,11 +513,11 @@ def test_a_loop_of_gears() -> None:
 def test_groups_do_not_depend_on_the_order() -> None:
     random = np.random.default_rng(5)
     for name, driver, expected in (
-        ("parallelogram-three-cranks", "crank.angle", "I(1) -> II 3 links(2,3,4) [1 superfluous]"),
+        ("parallelogram-three-cranks", "crank.angle", "I(1) -> II 3 links(2,3,4) [1 redundant]"),
         (
             "five-crank-parallelogram",
             "crank0.angle",
-            "I(1) -> V 6 links(2,3,4,5,6,7) [4 superfluous]",
+            "I(1) -> V 6 links(2,3,4,5,6,7) [4 redundant]",
         ),
     ):
         problem = md.load(name)
@@ -562,9 +562,9 @@ def locomotive() -> Mechanism:
 @pytest.mark.parametrize(
     ("driver", "expected"),
     [
-        ("c1.angle", "I(1) -> {II 3 links(2,3,4) [1 superfluous]; II.2 RRP(5,6)}"),
-        ("c3.angle", "I(3) -> II 3 links(1,2,4) [1 superfluous] -> II.2 RRP(5,6)"),
-        ("guide.slide", "I(6) -> II.1 RRR(1,5) -> II 3 links(2,3,4) [1 superfluous]"),
+        ("c1.angle", "I(1) -> {II 3 links(2,3,4) [1 redundant]; II.2 RRP(5,6)}"),
+        ("c3.angle", "I(3) -> II 3 links(1,2,4) [1 redundant] -> II.2 RRP(5,6)"),
+        ("guide.slide", "I(6) -> II.1 RRR(1,5) -> II 3 links(2,3,4) [1 redundant]"),
     ],
 )
 def test_only_the_links_that_share_equations_are_redundant(driver: str, expected: str) -> None:
@@ -688,7 +688,7 @@ def test_json_text_and_show_name_what_is_superfluous(capsys) -> None:
     assert data["summary"]["superfluous"][0]["count"] == 1
     assert 0 <= data["summary"]["closure"]["length"] < 1e-14
     text = table(result)
-    assert "1 equation(s) superfluous among B1, A2, B2, A3, B3" in text
+    assert "1 equation(s) among B1, A2, B2, A3, B3" in text
     assert "closes to" in text
     task = md.Sweep(md.Driver("c1.angle", from_=0.0, to=1.0))
     shown = structure(md.Problem(mechanism, Table({"turn": task})))

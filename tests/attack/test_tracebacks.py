@@ -257,7 +257,7 @@ def test_a_superfluous_curve_follows_its_pin(tmp_path: Path) -> None:
 
 def test_a_contradictory_curve_does_not_assemble(tmp_path: Path) -> None:
     for radius in ("0.11", "0.1000001"):
-        with pytest.raises(md.SolveError, match="1 superfluous"):
+        with pytest.raises(md.SolveError, match="1 redundant"):
             md.solve(problem(tmp_path, CIRCLE), task="t", set={"R": float(radius)})
 
 

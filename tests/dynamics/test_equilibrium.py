@@ -72,7 +72,7 @@ def test_closed_loops() -> None:
 
 
 def test_the_pose_stays_when_let_go() -> None:
-    """The beam's cranks hang down; with superfluous equations too."""
+    """The beam's cranks hang down; with redundant equations too."""
     problem = md.load("five-crank-parallelogram")
     found = md.solve(problem, md.Equilibrium(start={"crank0.angle": -1.3}, linearise=True))
     assert found.bodies["crank3"].angle[0] == pytest.approx(-math.pi / 2, abs=1e-12)

@@ -72,7 +72,7 @@ def coded(result: md.Result, code: str) -> list[dict[str, Any]]:
     return [event for event in result.events if event.get("code") == code]
 
 
-# -- S: singular, superfluous, inconsistent, infeasible ------------------------------------------
+# -- S: singular, redundant, inconsistent, infeasible ------------------------------------------
 
 
 def test_s1_singular_pose() -> None:

@@ -312,7 +312,7 @@ def coasting(space: bool) -> md.Mechanism:
 
 
 def test_a_slider_crank_of_spatial_pairs_stops_where_that_of_the_plane_does() -> None:
-    """Three superfluous constraints leave the forces in the plane, on which friction lives."""
+    """Three redundant constraints leave the forces in the plane, on which friction lives."""
     keys = {"until": 8.0, "tolerance": 1e-11}
     start = {"start": {"O.angle": 0.3}, "start_speed": {"O.angle": 12.0}}
     plane, space = (md.solve(coasting(own), md.Motion(**start, **keys)) for own in (False, True))

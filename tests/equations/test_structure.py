@@ -133,10 +133,10 @@ def test_superfluous_constraints_are_named() -> None:
     extra = md.Distance("brace", "crank.B", "rocker.C", length=0.1)
     braced = replace(mechanism, joints={**mechanism.joints, "brace": extra})
     turn = md.Sweep(md.Driver("crank.angle", from_=0.0, to=1.0))
-    with pytest.raises(AssemblyError, match=r"open by .* of the .*brace 1 is superfluous"):
+    with pytest.raises(AssemblyError, match=r"open by .* of the .*brace 1 is redundant"):
         md.solve(braced, turn)
     both = (md.Driver("crank.angle", at=[0.3]), md.Driver("rocker.angle", at=[1.2]))
-    with pytest.raises(AssemblyError, match=r"1 is superfluous .*\n.*or a driver"):
+    with pytest.raises(AssemblyError, match=r"1 is redundant .*\n.*or a driver"):
         md.solve(mechanism, md.Sweep(drivers=both))
 
 

@@ -226,7 +226,7 @@ def test_headers_say_inputs_outputs_units() -> None:
     [
         ("cam-roller-follower", "no kernel of this task: its curves touch"),
         ("pendulum", "no kernel of this task: no driver is moved by its value"),
-        ("bennett", "it has superfluous equations"),
+        ("bennett", "it has redundant equations"),
     ],
 )
 def test_what_is_no_kernel_is_refused(name: str, words: str) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib.util
 import re
+import tokenize
 import tomllib
 from pathlib import Path
 from typing import Any
@@ -25,6 +26,8 @@ def counting() -> Any:
 COUNT = counting()
 LIST = Path(__file__).with_name("words.toml").read_text(encoding="utf-8")
 AVOID = tomllib.loads(LIST)["avoid"]
+EVERYWHERE = tomllib.loads(LIST)["everywhere"]["avoid"]
+PACKAGE = ROOT / "mechdae"
 EVIDENCE = DOCS / "theory/evidence"
 WRITTEN = [
     *(ROOT / name for name in ("README.md", "CONTRIBUTING.md", "CHANGELOG.md")),
@@ -71,3 +74,34 @@ def test_the_manual_can_be_read() -> None:
     assert total <= 45_000
     for name, most in (("README.md", 1200), ("CONTRIBUTING.md", 1500)):
         assert COUNT.words((ROOT / name).read_text(encoding="utf-8")) <= most, name
+
+
+def spoken(path: Path) -> list[str]:
+    """Return what a module says: strings that are no keys, and comments."""
+    with path.open("rb") as file:
+        tokens = list(tokenize.tokenize(file.readline))
+    return [
+        token.string
+        for token in tokens
+        if token.type == tokenize.COMMENT
+        or (token.type == tokenize.STRING and " " in token.string.strip("\"' "))
+    ]
+
+
+@pytest.mark.parametrize("room", sorted(p.name for p in PACKAGE.iterdir() if p.suffix != ".pyi"))
+def test_messages_and_docstrings_use_them_too(room: str) -> None:
+    """Of the words to avoid those without another use; names and keys of results stay."""
+    home = PACKAGE / room
+    for path in home.rglob("*.py") if home.is_dir() else [home]:
+        for text in spoken(path):
+            plain = re.sub(r"``[^`]*``|`[^`]*`|\{[^}]*\}|[\"'][\w.]+[\"']", " ", text)
+            for word in EVERYWHERE:
+                assert not re.search(rf"(?<![./\w]){word}(?![./]\w)\b", plain, re.I), (
+                    f"{path}: {text[:90]}"
+                )
+
+
+def test_a_word_to_avoid_is_seen_in_a_message(tmp_path: Path) -> None:
+    file = tmp_path / "module.py"
+    file.write_text('fail("superfluous equations")  # solved anew\nkey = "superfluous"\n')
+    assert spoken(file) == ['"superfluous equations"', "# solved anew"]

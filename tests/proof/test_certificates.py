@@ -83,7 +83,7 @@ def test_superfluous_equations_are_left_out_for_a_whole_turn(tmp_path: Path) -> 
     assert max(condition(other, place) for place in places) > 10 * worst
     path["steps"], content["poses"] = path["steps"][:1], content["poses"][:1]
     proved = checked(content, tmp_path)
-    assert " 1 poses, of others nothing is claimed, 1 superfluous equations off by" in proved
+    assert " 1 poses, of others nothing is claimed, 1 redundant equations off by" in proved
     assert " steps, 0 limit positions, " in proved
 
 

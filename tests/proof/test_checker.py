@@ -25,7 +25,7 @@ TREES = {
 ONE_OF_EACH = (
     *("slides", "folding", "rods", "rod", "modes", "contacts", "space", "spatial modes", "turns"),
 )
-"""Certificates of all kinds: with change points, superfluous equations, curves, boxes."""
+"""Certificates of all kinds: with change points, redundant equations, curves, boxes."""
 BLIND = "import sys; sys.modules['mechdae'] = None; sys.argv[1:] = {}; import runpy; {}"
 """A process in which the package cannot be imported."""
 

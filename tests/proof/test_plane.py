@@ -1,4 +1,4 @@
-"""Certificates of the plane beyond regular paths: superfluous equations, change points, curves."""
+"""Certificates of the plane beyond regular paths: redundant equations, change points, curves."""
 
 from __future__ import annotations
 
@@ -28,8 +28,8 @@ from mechdae.parts.proof.write import certificate_of  # noqa: E402
 
 HALF_TURN = Fraction("3.14159265358979323846264338327950288419716939937510")
 PROVED = {
-    "beam": "3 change points, 4 superfluous equations that hold identically, from",
-    "rod": "0 change points, 1 superfluous equations that hold identically",
+    "beam": "3 change points, 4 redundant equations that hold identically, from",
+    "rod": "0 change points, 1 redundant equations that hold identically",
     "rods": "1 mode, and no others: 3 of 4 complex poses, 2 by circles and lines times 2",
     **dict.fromkeys(("folding", "anti"), "1 change points, from"),
     **{"cam": "0 limit positions, from 0 to 0.1"},

@@ -230,7 +230,7 @@ def test_steps_across_a_change_point_end_behind_it(tmp_path: Path) -> None:
     assert "does not lead across" in why
 
 
-# -- superfluous equations of the plane ------------------------------------------------------------
+# -- redundant equations of the plane ------------------------------------------------------------
 
 
 def barred(word: str, error: Fraction) -> dict[str, Any]:
@@ -248,7 +248,7 @@ def barred(word: str, error: Fraction) -> dict[str, Any]:
 def test_bars_are_met_along_a_motion(tmp_path: Path) -> None:
     content = barred("rod", Fraction(0))
     assert [*mechanism_of(content["mechanism"]).counted] == ["A", "B", "C", "P", "Q", "bar"]
-    assert "2 superfluous equations that hold identically" in checked(content, tmp_path)
+    assert "2 redundant equations that hold identically" in checked(content, tmp_path)
     content["mechanism"]["superfluous"] = ["11", "12"]
     assert "not the number of an equation of a pin" in refusal(content, tmp_path)
     why = refusal(barred("rod", Fraction(1, 10**30)), tmp_path)

@@ -135,7 +135,7 @@ def _of_folder(options: argparse.Namespace, asked: dict[str, Any]) -> int:
 
     for word, given in (("--set", options.set), ("--mode", options.mode)):
         if given:
-            hint = "mechdae plot P, which solves the task anew"
+            hint = "mechdae plot P, which solves the task again"
             raise InputError("a result in a folder is what it is", where=word, hint=hint)
     results = read(options.problem)
     tasks = {name: result.definition for name, result in results.items() if result.definition}

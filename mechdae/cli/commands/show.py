@@ -83,7 +83,7 @@ def _lines(data: dict[str, Any]) -> list[str]:
             f"   ({rank['rank']} independent of {rank['equations']} equations)"
         )
         if rank["superfluous"]:
-            lines.append(f"  superfluous among: {', '.join(rank['superfluous'])}")
+            lines.append(f"  redundant among: {', '.join(rank['superfluous'])}")
     for entry in data["formulas"]:
         lines += ["", f"driven by {', '.join(entry['drivers'])}"]
         if "formula" in entry:

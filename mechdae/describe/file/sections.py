@@ -94,7 +94,7 @@ def _bare_mechanism(data: Mapping[str, int | str | dict[str, Json]]) -> Mechanis
 
 
 def _tolerance(data: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the tolerance of superfluous equations, whatever length it is typed in."""
+    """Return the tolerance of redundant equations, whatever length it is typed in."""
     known = {TOLERANCE: next(entry for entry in fields(Mechanism) if entry.name == TOLERANCE)}
     return plain({word: data[word] for word in data if split_known(word, known)[0] in known}, known)
 

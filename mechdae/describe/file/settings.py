@@ -133,7 +133,7 @@ def _changed(mechanism: Mechanism, numbers: Mapping[str, Number]) -> Mechanism:
 
 
 def _resized(problem: Problem, name: str, value: Number) -> Problem:
-    """Return the problem expanded anew; tasks put or replaced since it was read are kept."""
+    """Return the problem expanded again; tasks put or replaced since it was read are kept."""
     assert problem.pattern is not None
     pattern = problem.pattern.with_size(name, value)
     old, new = problem.pattern.problem(problem.name), pattern.problem(problem.name)

@@ -279,7 +279,7 @@ class FunctionTargets(GoalDescription):
 
 @dataclass(frozen=True, kw_only=True)
 class Rocker(GoalDescription):
-    """A body swings, or a joint slides, to and fro between two ends; None: free."""
+    """A body swings, or a joint slides, back and forth between two ends; None: free."""
 
     body: str | None = optional("text")
     swing: Number | None = optional("number", doc="of the body", unit="rad")
@@ -296,7 +296,7 @@ class Rocker(GoalDescription):
 
     @property
     def coordinate(self) -> str:
-        """What goes to and fro: a body's angle or the slide of a joint."""
+        """What goes back and forth: a body's angle or the slide of a joint."""
         return f"{self.joint}.slide" if self.slides else f"{self.body}.angle"
 
     @property

@@ -41,11 +41,11 @@ class Composed:
     """Outputs of a setting over guesses, drivers and some parameters.
 
     `apart`: whether the parameters may be apart from those the guess belongs to: more Newton steps
-    then, signs of sliding speeds and friction solved anew, and a last output `miss` that tells how
+    then, signs of sliding speeds and friction solved again, and a last output `miss` that tells how
     far a step still moved. Inputs have the parameters' own values (`origin`) last. `smooth`: take
     the guess as the solved pose, and signs of sliding speeds as smooth functions of them over this
-    share of the drivers' speed: for optimisation. Friction is solved anew. `solved`: take the guess
-    as the solved pose, which depends on the parameters: for first derivatives. `numbers`,
+    share of the drivers' speed: for optimisation. Friction is solved again. `solved`: take the
+    guess as the solved pose, which depends on the parameters: for first derivatives. `numbers`,
     `dependent`: whether p is an input; whether the drivers' values and rates depend on the
     parameters: their first and second derivatives are the last inputs then. ``spans``: the rows of
     the stacked outputs that belong to each path.

@@ -322,7 +322,7 @@ class Nlp:
         """Return the optimum near a point that is nearly one, `found` under other parameters.
 
         Tight, from the prices that were found; where that fails, or ends worse than a feasible
-        point it began with (it leapt to another optimum), anew; at worst the feasible point.
+        point it began with (it leapt to another optimum), again; at worst the feasible point.
         """
         scale = max(abs(found.objective), 1e-16) * 1e-4
         p = self.settings(given, scale)

@@ -1,6 +1,6 @@
 """A number of a motion or an equilibrium as a function of the free parameters, with its gradient.
 
-Each value is a whole task, solved anew from the sketch of the file. Gradients are those of the
+Each value is a whole task, solved again from the sketch of the file. Gradients are those of the
 tasks of sensitivity: exact at rest, differenced over motions. casadi sees both as a function that
 it calls; where the task cannot be solved it is nan, so that IPOPT takes a shorter step.
 """

@@ -55,7 +55,7 @@ class FreePoses:
         self.scene: Scene = scene(self.model, (c,), tuple(bodies))
         for group in self.scene.redundant:
             raise UnavailableError(
-                f"group {group.name} has superfluous constraints, its dimensions cannot be searched"
+                f"group {group.name} has redundant constraints, its dimensions cannot be searched"
             )
         self.graphs = Graphs(self.scene, SX(0, 1), 0)
         self.nx = self.graphs.nx

@@ -217,7 +217,7 @@ class Design:
         """Return a problem with these dimensions, sketched at the first pose."""
         mechanism = self.problem.mechanism.with_values(self.parameters)
         scene = self.space.poses.scene
-        parts = {scene.drivers[0].part}  # all of the scene is told anew
+        parts = {scene.drivers[0].part}  # all of the scene is told again
         parts |= {name for g in scene.groups for name in (*g.bodies, *g.joints)}
         kept = {n: value for n, value in mechanism.sketch.items() if n.split(".")[0] not in parts}
         mechanism = replace(mechanism, sketch=Table({**kept, **self.sketch}))

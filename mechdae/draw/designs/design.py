@@ -186,7 +186,7 @@ def _end_of(
 ) -> tuple[str, str, Array, bool] | None:
     """Return the link whose extremes are drawn, its point on the ground, its motion, if it turns.
 
-    It is the one named, else the last one on the ground that swings or slides to and fro.
+    It is the one named, else the last one on the ground that swings or slides back and forth.
     """
     fixed = fixed_bodies(scene.mechanism)
     driver = design.demand.driver.split(".")[0]

@@ -33,7 +33,7 @@ from mechdae.types import Complexes, Floats, Graph, Matrix, Points, Sym
 
 SX = ca.SX
 CLOSES = 1e-6
-"""Share of the derivatives by which superfluous constraints may open."""
+"""Share of the derivatives by which redundant constraints may open."""
 APART = 1e-7
 """Share of an eigenvalue by which another one has to be away for a derivative."""
 MODES = ("eigenvalue", "frequency", "natural_frequency", "damping")
@@ -87,7 +87,7 @@ class Implicit:
         left = float(np.max(np.abs(A @ found - right), initial=0.0))
         if left > CLOSES * float(np.max(np.abs(right), initial=0.0)):
             raise SolveError(
-                "the equilibrium has no derivative: it is neutral, or superfluous constraints "
+                "the equilibrium has no derivative: it is neutral, or redundant constraints "
                 "open when a dimension changes alone",
                 where="wrt",
                 hint="make dimensions that depend on each other expressions of one parameter",

@@ -35,7 +35,7 @@ from mechdae.types import Floats, Json, Matrix, Sym
 SX = ca.SX
 RANK = 1e-11
 CLOSES = 1e-8
-"""Share by which superfluous equations may contradict each other."""
+"""Share by which redundant equations may contradict each other."""
 
 
 @dataclass(frozen=True)

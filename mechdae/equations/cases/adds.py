@@ -1,4 +1,4 @@
-"""What curves, superfluous equations and bodies without constraints add to equations."""
+"""What curves, redundant equations and bodies without constraints add to equations."""
 
 from __future__ import annotations
 

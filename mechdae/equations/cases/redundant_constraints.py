@@ -1,7 +1,7 @@
 """Which Assur groups have more equations than coordinates.
 
-Structure alone tells a superfluous equation from a needed one only up to exchange: in a
-parallelogram with a third crank either crank may be called the superfluous one. A set of
+Structure alone tells a redundant equation from a needed one only up to exchange: in a
+parallelogram with a third crank either crank may be called the redundant one. A set of
 bodies is *determined* when its own joints to itself and to solved bodies fix all of its
 coordinates, anywhere and not only by their number: parallel guides hold a slider in one direction.
 From the driver outwards the smallest determined sets are the Assur groups;
@@ -33,9 +33,9 @@ LOOSE = 1e-6
 def redundant_blocks(
     model: Model, rows: Sequence[Row], pattern: Sym, coarse: bool
 ) -> tuple[int, Integers, Integers]:
-    """Return blocks as `square_blocks` does, where equations are superfluous.
+    """Return blocks as `square_blocks` does, where equations are redundant.
 
-    The bodies with superfluous equations, and those they depend on, are cut into determined
+    The bodies with redundant equations, and those they depend on, are cut into determined
     sets of bodies; each set is one block. With `coarse` they are left in one, but for the
     driven ones. The rest is square.
     """
@@ -64,7 +64,7 @@ def redundant_blocks(
 
 
 def _overdetermined(pattern: Sym, body_of: list[str], touched: list[set[str]]) -> set[str]:
-    """Return the bodies that superfluous equations touch, and those they depend on."""
+    """Return the bodies that redundant equations touch, and those they depend on."""
     count, rowperm, colperm, rowblock, colblock, coarse_rows, coarse_cols = pattern.btf()
     rows_for: dict[str, set[int]] = {name: set() for name in body_of}
     for block in range(count):
@@ -118,7 +118,7 @@ class _Link:
 
 
 class _Cutter:
-    """Cuts bodies with superfluous equations into groups.
+    """Cuts bodies with redundant equations into groups.
 
     Parameters
     ----------
@@ -199,7 +199,7 @@ class _Cutter:
     def _with_bodies(self, sets: list[set[str]]) -> list[set[str]]:
         """Return the sets with places on curves between solved bodies put to those bodies.
 
-        Such a place follows from them: its joint is superfluous for them, and no group of its own.
+        Such a place follows from them: its joint is redundant for them, and no group of its own.
         """
         kept: list[set[str]] = []
         for one in sets:

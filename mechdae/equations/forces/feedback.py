@@ -66,7 +66,7 @@ class Feedback:
     falling
         The same where the speed is negative, None if it does not depend on that.
     needs : SX (k, n) or None
-        The forms that have to be unique where constraints are superfluous, without speeds; None:
+        The forms that have to be unique where constraints are redundant, without speeds; None:
         ``forms``.
     slip
         The speed whose sign the force has; None for a force that is no friction.

@@ -313,7 +313,7 @@ def along(
 ) -> tuple[list[Json], list[str]]:
     """Return the events and what is said of one-sided contacts of a task of reactions.
 
-    Places are the driver's values, or times. Between poses forces are solved for anew where the
+    Places are the driver's values, or times. Between poses forces are solved for again where the
     task follows one path; along lines in the values of several drivers at the poses alone.
     """
     balance = statics.balance

@@ -221,7 +221,7 @@ def _parallel(row: Floats, teeth: Floats) -> bool:
     """Return whether the second vector is a multiple of the first."""
     first, second = np.linalg.norm(row), np.linalg.norm(teeth)
     if first == 0 or not np.isfinite(second):
-        return True  # superfluous, or without a pitch point: said elsewhere
+        return True  # redundant, or without a pitch point: said elsewhere
     along = row / first
     return bool(np.linalg.norm(teeth - (teeth @ along) * along) <= SAME * second and second > 0)
 

@@ -4,7 +4,7 @@
 
 solved by its range-space form and corrected six times with the right-hand side [0; E lambda].
 What E takes away along a direction with singular value s of the scaled J M^(-1/2) is
-(eps/(s^2 + eps))^7 of it: regular directions are exact, along superfluous ones the multiplier is
+(eps/(s^2 + eps))^7 of it: regular directions are exact, along redundant ones the multiplier is
 the shortest, and no decision about the rank is taken. Where M is singular, M + J^T W J takes its
 place, with f + J^T W gamma: the same solution for any W.
 """

@@ -1,6 +1,6 @@
 """Symbolic solution of the linear equations of one group for its multipliers.
 
-Variables with constant pivots are eliminated, what is left is split into blocks; superfluous
+Variables with constant pivots are eliminated, what is left is split into blocks; redundant
 rows get the shortest of all solutions.
 """
 
@@ -22,7 +22,7 @@ def solution(balance: list[Sym], lam: list[Sym]) -> Sym:
     values: dict[str, Sym] = {}
     if not rest:
         values = {str(symbol): SX(0) for symbol in left}
-    elif len(rest) < len(left):  # superfluous rows: the shortest of all solutions
+    elif len(rest) < len(left):  # redundant rows: the shortest of all solutions
         A, c = _linear(rest, left)
         found = left_inverse(A.T).T @ -c
         values = {str(symbol): found[k] for k, symbol in enumerate(left)}

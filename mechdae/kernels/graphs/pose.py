@@ -216,7 +216,7 @@ class PoseGraphs:
 
     @property
     def tolerated(self) -> Sym:
-        """What superfluous equations may stay open by because the user says so, as rounding [m]."""
+        """What redundant equations may stay open by because the user says so, as rounding [m]."""
         return self.scene.model.numbers.get(TOLERANCE, SX(0)) / CLOSURE
 
     def _solve(self, b: int, at: Sequence[Sym]) -> tuple[Sym, Sym, Sym, Sym, Sym]:

@@ -2,7 +2,7 @@
 
 Only a folder of the user's own that nobody else may enter is used. Files are written beside and
 moved into place, and hold a checksum of what they say; what does not fit it is taken away. No
-failure of the disk is an error: without the folder kernels are built anew.
+failure of the disk is an error: without the folder kernels are built again.
 """
 
 from __future__ import annotations

@@ -134,7 +134,7 @@ class GroupSearch:
         raise own_freedom(group, bodies, self.dependent(group, found[0], u))
 
     def superfluous(self, x: Unknowns, u: Floats) -> list[Json]:
-        """Return joints and number of superfluous equations of each redundant group."""
+        """Return joints and number of redundant equations of each redundant group."""
         return [
             {"joints": self.dependent(group, x, u), "count": group.superfluous}
             for group in self.scene.redundant

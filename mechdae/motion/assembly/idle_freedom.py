@@ -2,7 +2,7 @@
 
 The structure counts as many equations as coordinates, or more, but special dimensions make
 them depend on each other, at a pose and at all poses near it. Where other groups with
-superfluous equations hold these bodies, all of them are solved as one group.
+redundant equations hold these bodies, all of them are solved as one group.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ def built_without_idle_freedom(build: Callable[[bool], T], assemble: Callable[[T
     Parameters
     ----------
     build
-        Gets whether all bodies with superfluous equations shall be one group.
+        Gets whether all bodies with redundant equations shall be one group.
     assemble
         Assembles redundant groups; raises `FreedomError`.
     """
@@ -49,7 +49,7 @@ def built_without_idle_freedom(build: Callable[[bool], T], assemble: Callable[[T
 
 
 def coarser(build: Callable[[bool], T], assemble: Callable[[T], object], error: FreedomError) -> T:
-    """Return what `build` gives with one group for all that superfluous equations hold.
+    """Return what `build` gives with one group for all that redundant equations hold.
 
     Where that moves by itself too the first `error` is raised.
     """

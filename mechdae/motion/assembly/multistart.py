@@ -40,7 +40,7 @@ LARGEST_STEP = 0.7
 ROUNDING = 1e-13
 """Largest residual of a solution, in sizes of the mechanism and radians."""
 ROUGH = 1e-9
-"""The same where equations are superfluous: they are met to rounding of the numbers given."""
+"""The same where equations are redundant: they are met to rounding of the numbers given."""
 SAME = 1e-7
 APART = 0.01
 """Share of 1/beta within which a solution is the only one: equations of size 1 bend by a few."""

@@ -11,7 +11,7 @@ M being majorants of the second derivatives for all poses. Around a solution x f
 lies within r where |Y| M r < 1 with Y = J(x)^-1. Boxes of which neither is known are halved in all
 directions. What gears make of a turn has a period of whole turns, so finitely many boxes are all.
 
-Where equations are superfluous all of them are looked at, Y being the inverse by least squares.
+Where equations are redundant all of them are looked at, Y being the inverse by least squares.
 They count as met where they are off by `MET` or less; what meets them so near a known solution is
 that solution. Boxes in which an axis has the other sense than its joint needs hold nothing.
 """
@@ -50,7 +50,7 @@ UNIQUE = 0.9
 ROUNDED = 1e-12
 """Share of the sizes of an equation's terms that rounding may make of it."""
 MET = 1e-9
-"""Most that superfluous equations are off where they are met, by the size of the mechanism."""
+"""Most that redundant equations are off where they are met, by the size of the mechanism."""
 
 
 def no_others(

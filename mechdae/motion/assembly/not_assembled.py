@@ -105,7 +105,7 @@ def not_assembled(scene: Scene, failure: NoPose, u: Floats, hint: str = "") -> A
     hint = hint or "check the lengths, or give the sketch with a driver value at which it closes"
     if group.superfluous and scene.model.space.behind:
         hint = (
-            f"{group.superfluous} of the equations of its joints are superfluous: it holds "
+            f"{group.superfluous} of the equations of its joints are redundant: it holds "
             f"together for special dimensions only; a joint with more freedoms, or dimensions that "
             f"depend on each other as expressions"
         )
@@ -132,7 +132,7 @@ def not_assembled(scene: Scene, failure: NoPose, u: Floats, hint: str = "") -> A
         owners = list(dict.fromkeys(scene.rows[i].owner for i in group.rows))
         what += (
             f"; of the equations of {', '.join(owners)} {group.superfluous} "
-            f"{'is' if group.superfluous == 1 else 'are'} superfluous and must be met exactly"
+            f"{'is' if group.superfluous == 1 else 'are'} redundant and must be met exactly"
         )
         freedoms = len(scene.model.q_names) - len(scene.model.rows)
         count = f"{len(scene.drivers)} drivers, {freedoms} freedom(s) by the count"
@@ -147,8 +147,8 @@ def not_assembled(scene: Scene, failure: NoPose, u: Floats, hint: str = "") -> A
 
 
 def tolerance_hint(enough: float) -> str:
-    """Return what lets superfluous equations stay open by so much."""
-    return f"; or let superfluous equations stay open: {TOLERANCE} = {enough:g}"
+    """Return what lets redundant equations stay open by so much."""
+    return f"; or let redundant equations stay open: {TOLERANCE} = {enough:g}"
 
 
 def where(scene: Scene, u: Floats | list[float]) -> str:

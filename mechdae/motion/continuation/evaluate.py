@@ -94,7 +94,7 @@ class Evaluator(BeyondEnds):
         dyads = {group.index for group in graphs.scene.groups if group.is_dyad}
         self.sign_tells = np.array([g.block.group in dyads for g in graphs.blocks], bool)
         self.closing: Closing | None = None
-        """Superfluous equations, where there are any."""
+        """Redundant equations, where there are any."""
         for make in graphs.scene.cases("closing"):
             self.closing = make(graphs)
         self.refined = 0

@@ -16,7 +16,7 @@ SMALLEST = 2.0**-14
 
 
 class Fan(Legs):
-    """A path that begins anew at its first corner for each other one.
+    """A path that begins again at its first corner for each other one.
 
     Steps of all lines are taken together, each line with its own; nothing is crossed that the
     drivers do not tell the way past. Lines of contacts on curves and of long chains are followed

@@ -49,7 +49,7 @@ class Limit:
 
     ``kind`` is "limit" (a fold; where its branches nearly meet others their ``gap``),
     "change_point", "ambiguous" (branches too near each other, by ``gap``), "cusp", "dead_point",
-    "pole", "end_of_curve", "locked" (superfluous equations are not met beyond) or "unproved"; ``x``
+    "pole", "end_of_curve", "locked" (redundant equations are not met beyond) or "unproved"; ``x``
     (nx,) the unknowns there; for a fold ``own`` are the unknowns of its block, ``v`` (nx,) and
     ``c`` its expansion. ``reached`` is how far the path was proved where that is short of the end,
     at the end of a curve ``joint`` is its joint. Where branches touch to a higher ``order`` the

@@ -181,7 +181,7 @@ class Path(AnyPath):
         return signs
 
     def redirect(self, u0: Floats, d: Floats, largest: float) -> None:
-        """Use the path for another line u = u0 + s d; it then begins anew."""
+        """Use the path for another line u = u0 + s d; it then begins again."""
         self.u0, self.d, self.largest = u0, d, largest
         self.whole[-2 * len(d) :] = np.concatenate([u0, d])
         self.reach = {index: Reach() for index in self.groups}

@@ -25,7 +25,7 @@ SINGULAR_START = (
 MOST = 4
 """Intervals named in one sentence."""
 GAPS = 9
-"""Poses of an interval at which superfluous equations are looked at."""
+"""Poses of an interval at which redundant equations are looked at."""
 ENDS = ("from", "to")
 STOPS = {
     "unproved": "its steps became too small to go on proving the path",
@@ -35,7 +35,7 @@ STOPS = {
     "cusp": "two branches end there with one tangent, the motion must turn back",
     "end_of_curve": "the contact of joint {joint} is at the end of its curve",
     "dead_point": "a dead point of the driver, the speed ratio is infinite there",
-    "locked": "superfluous equations hold there, but no further",
+    "locked": "redundant equations hold there, but no further",
 }
 
 
@@ -106,7 +106,7 @@ def _between(path: AnyPath, a: float, b: float, default: float | None = None) ->
 
 
 def _gap(setting: Setting, run: Run, group: Group, poses: range) -> Json:
-    """Return the joint of a superfluous equation that stays open at lost poses, and its gap."""
+    """Return the joint of a redundant equation that stays open at lost poses, and its gap."""
     if not group.superfluous or run.poses.singular[poses].all():
         return {}
     found: list[Gap] = []
@@ -235,7 +235,7 @@ def _lost(setting: Setting, run: Run, status: Integers, failed: list[Json]) -> s
 def _not_switched(event: Json) -> str:
     """Return why a path that was to switch stops at a change point."""
     if event.get("excluded"):
-        return "the other one does not meet the superfluous equations"
+        return "the other one does not meet the redundant equations"
     if any(other is None for _, other in event["tangents"].values()):
         return "on the other one the driver stands still"
     others = " and ".join(event["together_with"])

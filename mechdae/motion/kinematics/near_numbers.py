@@ -1,4 +1,4 @@
-"""Parameters of a mechanism with a few other numbers, without building it anew.
+"""Parameters of a mechanism with a few other numbers, without building it again.
 
 Only where these numbers change nothing but the values of parameters: not its structure, its sketch
 or its drivers. Everything else is left to `Problem.with_values`, and so is every refusal.

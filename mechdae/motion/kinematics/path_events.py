@@ -76,7 +76,7 @@ def _crossed(
 
     ``tangents`` has the rates of the unknowns of the group over the path parameter on the
     branch the path came on and on the other one; None where the driver stands still there, or
-    where the other one does not meet the superfluous equations (``excluded``).
+    where the other one does not meet the redundant equations (``excluded``).
     """
     events = []
     for crossing in zone.crossings:

@@ -221,7 +221,7 @@ def _again(
 ) -> Setting | None:
     """Return the setting of a mechanism of a known shape, None where its values make another one.
 
-    Which equations are superfluous, and so what the groups are, is a matter of values.
+    Which equations are redundant, and so what the groups are, is a matter of values.
     """
     model = shape.scene.model.at(mechanism)
     if loaded is not None and set(loaded(model)) != set(shape.loaded or ()):

@@ -97,7 +97,7 @@ class Outputs:
         """Return the scalars with points that a pin holds together as one of them.
 
         That of the group solved first, else the one that moves in fewer directions. Where
-        constraints are superfluous a pin is closed to within their tolerance only.
+        constraints are redundant a pin is closed to within their tolerance only.
         """
         scene, result = self.scene, ca.SX(expression)
         if not scene.groups:

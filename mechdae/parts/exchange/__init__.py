@@ -1,4 +1,4 @@
-"""Other programs' formats: simulators, drawings, kernels in C and JavaScript; to and fro."""
+"""Other programs' formats: simulators, drawings, kernels in C and JavaScript; back and forth."""
 
 from __future__ import annotations
 

@@ -78,7 +78,7 @@ class BandGraphs:
         if len(self.rows) != len(keys):
             raise UnavailableError(
                 f"bands need as many equations as coordinates, here are {len(self.rows)} and "
-                f"{len(keys)}: some are superfluous, or bodies turn freely"
+                f"{len(keys)}: some are redundant, or bodies turn freely"
             )
 
     def distances(self, q: Floats, u: Floats, p: Floats) -> dict[str, Floats]:

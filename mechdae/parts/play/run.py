@@ -55,7 +55,7 @@ def play(problem: Problem, name: str, task: Play) -> SweepResult:
     MechanismError
         A gap as large as a link.
     UnavailableError
-        Superfluous equations, curves with divisors.
+        Redundant equations, curves with divisors.
     """
     if task.under_load:
         forces = task.with_forces()

@@ -107,7 +107,7 @@ STARTS, MOST_STARTS = 200, 1000
 
 
 def left_out(mechanism: Json, places: Sequence[tuple[dict[str, Any], str]]) -> list[str]:
-    """Return as many equations as there are superfluous ones, those that others tell.
+    """Return as many equations as there are redundant ones, those that others tell.
 
     They are equations of joints, one after the other those that carry most of the self-stresses,
     the combinations of equations in which nothing changes, at each of the `places` (bodies,

@@ -1,4 +1,4 @@
-"""Superfluous equations in the plane: which are left out, and the motion in closed form."""
+"""Redundant equations in the plane: which are left out, and the motion in closed form."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ def steps_of(first: float, last: float, crossings: list[float]) -> Json:
 
 
 def _refused(why: str) -> UnavailableError:
-    return UnavailableError(f"no certificate is written of superfluous equations: {why}")
+    return UnavailableError(f"no certificate is written of redundant equations: {why}")
 
 
 def _left_out(

@@ -50,7 +50,7 @@ if TYPE_CHECKING:
 
 
 LOOKED_AT = 64
-"""Places of a path at which superfluous equations are chosen."""
+"""Places of a path at which redundant equations are chosen."""
 
 
 def certificate_of(problem: Problem, name: str) -> Json:
@@ -94,7 +94,7 @@ def mechanism_of(scene: Scene, laws: dict[str, Formula]) -> dict[str, Any]:
     """Return bodies, joints and drivers of a scene; of each driver its law."""
     if scene.redundant and scene.model.mechanism.tolerance:
         raise UnavailableError(
-            "no certificate is written of superfluous equations that are not met exactly",
+            "no certificate is written of redundant equations that are not met exactly",
             where=TOLERANCE,
         )
     spatial = scene.model.mechanism.dimension == 3
@@ -181,12 +181,12 @@ def _sweep(problem: Problem, name: str, task: Sweep) -> Json:
 def _closed_sweep(
     problem: Problem, name: str, task: Sweep, ran: tuple[Setting, Run, dict[str, Json]]
 ) -> Json:
-    """Return motion in closed form and poses of a planar sweep with superfluous equations."""
+    """Return motion in closed form and poses of a planar sweep with redundant equations."""
     setting, done, mechanism = ran
     path, arc = done.path, arc_of(done.path)
     if not isinstance(path, Path) or any(end is not None for end in (arc.low, arc.high)):
         raise UnavailableError(
-            "no certificate is written of superfluous equations along a path that ends, or legs"
+            "no certificate is written of redundant equations along a path that ends, or legs"
         )
     k = len(path.s) // 2
     at, frames = np.array([path.s[k]]), _frames(setting.scene, mechanism)

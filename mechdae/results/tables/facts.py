@@ -57,7 +57,7 @@ def facts_text(result: Result, width: int) -> list[str]:
             lines.append(line)
     for entry in summary.get("superfluous", []):
         joints = ", ".join(entry["joints"])
-        lines.append(f"  redundant {entry['count']} equation(s) superfluous among {joints}")
+        lines.append(f"  redundant {entry['count']} equation(s) among {joints}")
     if summary.get("closure"):
         shown = [(value, units.of(SIZES[word])) for word, value in summary["closure"].items()]
         sizes = [f"{value * unit.factor:.1e} {unit.name}" for value, unit in shown]

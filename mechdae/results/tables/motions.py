@@ -51,7 +51,7 @@ def motion_facts(result: Result) -> list[str]:
     lines += _mode(summary)
     if summary["superfluous_equations"]:
         count = summary["superfluous_equations"]
-        text = f"  redundant {count} equation(s) superfluous"
+        text = f"  redundant {count} equation(s)"
         if summary.get("not_unique"):
             text += f"; reactions of {', '.join(summary['not_unique'])} are not unique"
         lines.append(text)

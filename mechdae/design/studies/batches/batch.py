@@ -129,7 +129,7 @@ class SeriesBatch:
             return "the driver does not go through given values alone"
         if setting.scene.redundant or graphs.contacts:
             names = ", ".join(group.name for group in setting.scene.redundant)
-            return f"group {names} has superfluous equations" if names else "a joint is on a curve"
+            return f"group {names} has redundant equations" if names else "a joint is on a curve"
         if setting.scene.cases("stops"):
             return "a joint has limits"
         form = closed_form(graphs, setting.scene.model.p_values)

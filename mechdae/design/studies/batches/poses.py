@@ -89,7 +89,7 @@ class LaneNodes:
         self.width = np.where(h == 0, 1.0, h)
 
     def take(self, rows: Integers) -> LaneNodes:
-        """Return the nodes of some lanes, rising, which are numbered anew."""
+        """Return the nodes of some lanes, rising, which are numbered again."""
         if len(rows) == len(self.count):
             return self
         number = np.full(len(self.count), -1)

@@ -1,4 +1,4 @@
-"""A coordinate goes to and fro between two ends: swing or stroke, and the ratio of the times.
+"""A coordinate goes back and forth between two ends: swing or stroke, and the ratio of the times.
 
 At the ends the rate by the driver vanishes; between them the driver turns by 2 pi Q/(1 + Q).
 Rates are unknowns of their own, linear in the Jacobian of the pose.

@@ -24,8 +24,8 @@ class Stated:
     """A goal or a limit as it is measured.
 
     ``unit``: size of what is measured, for what a limit may give way. ``word``, ``path``: of a way
-    to and fro: "reach" or "time_ratio" as an objective or a limit, and its name. ``robust``: whose
-    standard deviations are added.
+    back and forth: "reach" or "time_ratio" as an objective or a limit, and its name. ``robust``:
+    whose standard deviations are added.
     """
 
     asked: Asked

@@ -1,4 +1,4 @@
-"""Quantities of other tasks, solved anew with a design: means, true extremes, single numbers.
+"""Quantities of other tasks, solved again with a design: means, true extremes, single numbers.
 
 The poses of a task are samples; the largest of them is not the largest value. Around the best
 samples the task is solved again at closer and closer values of its driver.

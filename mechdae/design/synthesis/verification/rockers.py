@@ -1,4 +1,4 @@
-"""A coordinate to and fro: its way and the times of both strokes."""
+"""A coordinate back and forth: its way and the times of both strokes."""
 
 from __future__ import annotations
 

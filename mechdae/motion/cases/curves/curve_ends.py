@@ -73,7 +73,7 @@ class CurveEnds:
         return np.array(self._places(x.T, u.T, self.p[:, None])).T
 
     def restart(self) -> None:
-        """Forget what was seen: the path begins anew."""
+        """Forget what was seen: the path begins again."""
         self._seen.clear()
 
     def left(self, path: CurveNodes, up: bool) -> list[Limit]:

@@ -44,7 +44,7 @@ Carlson, SIAM J. Numer. Anal. 17, 1980): on the way into a fold s must not turn 
 CLOSE_BY = 1e-5
 """Radians, or lengths, from which a fold is taken up where no step can be proved."""
 OPEN = 1e-10
-"""Share by which superfluous equations may stay open."""
+"""Share by which redundant equations may stay open."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,4 +1,4 @@
-"""What superfluous equations add."""
+"""What redundant equations add."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Whether the superfluous equations of redundant groups hold, and how large their gaps are.
+"""Whether the redundant equations of redundant groups hold, and how large their gaps are.
 
 Blocks with more equations than unknowns are checked by the kernels themselves, pose by pose
 (see `Graphs.rates`); here are the equations left without unknowns, and the figures of both.
@@ -144,7 +144,7 @@ class Closing:
 
 
 class ClosedPoses(Chooser):
-    """Poses at which superfluous equations hold."""
+    """Poses at which redundant equations hold."""
 
     def __init__(self, assembler: Assembling) -> None:
         self.closing = Closing(assembler.graphs)
@@ -152,7 +152,7 @@ class ClosedPoses(Chooser):
     def after_block(
         self, group: Group, b: int | None, poses: list[Unknowns], u: Floats
     ) -> tuple[list[Floats], NoPose | None]:
-        """Return the poses at which superfluous equations hold, and the smallest gap if none.
+        """Return the poses at which redundant equations hold, and the smallest gap if none.
 
         They are those of block `b`, or the group's equations without unknowns.
         """

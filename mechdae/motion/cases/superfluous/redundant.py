@@ -190,7 +190,7 @@ class RedundantSolver(BlockSolver):
     def _missed(self, step: Step, x: Unknowns, u: Floats) -> Gap:
         """Return what stays open where the step's own equations have no solution.
 
-        With a single angle it is the least over all equations of the step, and superfluous
+        With a single angle it is the least over all equations of the step, and redundant
         ones are to blame where one of them alone could be met.
         """
         if len(step.columns) > 1 or not self.angle[step.columns[0]] or len(step.rows) == 1:

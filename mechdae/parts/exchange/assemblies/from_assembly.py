@@ -2,7 +2,7 @@
 
 Revolute and cylindrical joints about one direction, translations across it: a mechanism of the
 plane. Else the joints are those of space, and the file must show an assembled pose. Joints that
-have no counterpart are refused by name.
+have no counterpart are refused.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ KINDS: dict[str, Any] = {
 }
 WITHOUT_AXIS = ("SphericalJoint", "FixedJoint")
 DIGITS = 15
-"""Digits that are kept: superfluous equations hold no better than they."""
+"""Digits that are kept: redundant equations hold no better than they."""
 FREECAD = "OndselAssembly"
 """What FreeCAD calls its assemblies: they are in millimetres."""
 POSES, MOST = 181, 1441
@@ -198,7 +198,7 @@ def _tasks(
 
 
 def _freedoms(mechanism: Mechanism) -> int:
-    """Return the mobility by count, which is less than the true one of superfluous equations."""
+    """Return the mobility by count, which is less than the true one of redundant equations."""
     whole, held = (3, PLANE) if mechanism.dimension == 2 else (6, SPACE)
     joints = mechanism.joints.values()
     on = {

@@ -1,1 +1,1 @@
-"""DXF drawings, to and fro."""
+"""DXF drawings, back and forth."""

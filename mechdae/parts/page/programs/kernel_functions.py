@@ -20,7 +20,7 @@ from mechdae.types import Graph
 
 WHY = {
     "curves": "its curves touch, which steps of the path alone do not follow",
-    "superfluous": "it has superfluous equations",
+    "superfluous": "it has redundant equations",
     "change points": "its path goes through change points",
     "open": "it does not assemble",
     "drivers": "no driver is moved by its value",

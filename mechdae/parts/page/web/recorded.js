@@ -1,4 +1,4 @@
-/** Poses that Python computed, where a page cannot solve anew. */
+/** Poses that Python computed, where a page cannot solve again. */
 
 /** Numbers from a list, null for none, from second differences, or from base64, little-endian float64. */
 export function unpacked(text) {

@@ -1,6 +1,6 @@
 """Modes in space whose count follows from boxes: all places of a group are looked at.
 
-All equations count, superfluous ones included: what meets them is near a mode, or excluded.
+All equations count, redundant ones included: what meets them is near a mode, or excluded.
 """
 
 from __future__ import annotations

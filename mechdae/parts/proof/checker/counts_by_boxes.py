@@ -71,5 +71,5 @@ def check_modes_by_boxes(m: SpatialMechanism, data: Json) -> str:
     every = modes and sorted(sum(groups, ["ground"])) == sorted(m.points)
     need(every, "groups", "not the bodies of the mechanism, or no mode at all")
     count = boxes_without_others(m, proof, groups, modes, {"ground"})
-    boxes = f"nothing else in {count} boxes; superfluous equations to {m.off:.1g}"
+    boxes = f"nothing else in {count} boxes; redundant equations to {m.off:.1g}"
     return f"{len(modes)} modes, and no others: {boxes}"

@@ -33,7 +33,7 @@ class ClaimedMechanism(ABC):
     unit: float
     """Size of the parameter."""
     left_out: set[int] | frozenset[int] = frozenset()
-    """Numbers of superfluous equations."""
+    """Numbers of redundant equations."""
     spins: Sequence[tuple[str, str, list[arb]]] = ()
     """Of bodies that spin freely the one that hangs on another by a quaternion without a part
     along a direction."""
@@ -50,7 +50,7 @@ class ClaimedMechanism(ABC):
         self.joints = {name: self._joint(joints[name], f"{at}/joints/{name}") for name in joints}
         self.drivers = field(data, "drivers", dict, at)
         self.off = 0.0
-        """How far superfluous equations are off at most, of all poses looked at."""
+        """How far redundant equations are off at most, of all poses looked at."""
 
     def _number_names(self, names: list[tuple[str, str]], lengths: str) -> None:
         """Set the coordinates, of which words among `lengths` are as large as the mechanism."""

@@ -133,5 +133,5 @@ def check_sweep(m: ClaimedMechanism, data: Json) -> str:
     if m.spins:
         proved.append(f"{len(m.spins)} spins chosen of what turns freely between two points")
     if m.left_out:
-        proved.append(f"{len(m.left_out)} superfluous equations off by {m.off:.1e}")
+        proved.append(f"{len(m.left_out)} redundant equations off by {m.off:.1e}")
     return ", ".join(proved)

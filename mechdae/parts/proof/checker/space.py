@@ -94,7 +94,7 @@ def normal_cross_axis(axis: list[arb], zero: list[arb]) -> list[list[arb]]:
 class SpatialMechanism(ClaimedMechanism):
     """Coordinates are places and quaternions of bodies, turns and parts of vectors of joints.
 
-    `left_out` are numbers of superfluous equations of joints, in the order of `kinds`.
+    `left_out` are numbers of redundant equations of joints, in the order of `kinds`.
     """
 
     dimension = 3
@@ -286,12 +286,12 @@ class SpatialMechanism(ClaimedMechanism):
         return [start, end]
 
     def compare(self, z: list[arb], claim: Json, at: str) -> None:
-        """Compare what is reported; superfluous equations are nearly met."""
+        """Compare what is reported; redundant equations are nearly met."""
         super().compare(z, claim, at)
         rows = self.equations(z)[0] if self.left_out else []
         for k in self.left_out:
             near = abs(rows[k]) <= 1e-9 * (1 + self.size)
-            need(near, at, f"the superfluous equation {k} is off")
+            need(near, at, f"the redundant equation {k} is off")
             self.off = max(self.off, 1.05 * float(rows[k].abs_upper()))
 
     def turned(self, body: str, reported: object, angle: arb, z: list[arb], at: str) -> bool:

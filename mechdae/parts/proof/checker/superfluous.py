@@ -1,4 +1,4 @@
-"""Superfluous equations of the plane: motions in closed form that meet all equations exactly.
+"""Redundant equations of the plane: motions in closed form that meet all equations exactly.
 
 More equations than coordinates have solutions only where numbers fit each other exactly, so the
 motion is written down as sums of harmonics and put into all equations in exact numbers.
@@ -198,7 +198,7 @@ def check_closed_sweep(m: ClosedMotion, data: Json) -> str:
         on_path = pose.get("status") == "ok" and first <= place <= last
         need(on_path, at, "its status is not what the path says of it")
         m.compare(m.pose(place), pose, at)
-    equations = f"{len(m.left_out)} superfluous equations that hold identically"
+    equations = f"{len(m.left_out)} redundant equations that hold identically"
     claims = numbered(data["poses"], first, last)
     return f"{parts} parts of full rank, {crossed} change points, {equations}, {claims}"
 
@@ -216,6 +216,6 @@ def check_closed_modes(m: ClosedMotion, data: Json) -> str:
     alike = one and IN_PLANE.alike(m, groups, z, fit[0])
     need(alike, "modes", f"{len(fit)} poses may meet all equations, one does for sure")
     m.compare(z, data["modes"][0], "modes/0")
-    miss = f"miss {len(m.left_out)} superfluous equations"
+    miss = f"miss {len(m.left_out)} redundant equations"
     others = f"{counted.most - 1} of {counted.most} complex poses, {counted}, {miss}"
     return f"1 mode, and no others: {others}"

@@ -33,7 +33,7 @@ SHORT = 0.05
 FAR = 1e6
 """By how much a loss exceeds its limit at most: it grows beyond bounds where a dyad locks."""
 EVERY = 6
-"""Iterations after which what is not a dimension is found anew."""
+"""Iterations after which what is not a dimension is found again."""
 BETWEEN = 72
 """Crank angles beside those of the targets at which sines of dyads are kept, on a turn; on less of
 it fewer."""
@@ -95,7 +95,7 @@ class Descent(ABC):
 
     @abstractmethod
     def _begun(self, state: object) -> Any:
-        """Return the state of `places`, all that is not a dimension found anew."""
+        """Return the state of `places`, all that is not a dimension found again."""
 
     @abstractmethod
     def _stepped(self, state: Any, step: Floats) -> Any:
@@ -212,7 +212,7 @@ class Fitting(Descent):
 
     @abstractmethod
     def _placed(self) -> None:
-        """Find anew what is not a dimension: change `places` and `extra`."""
+        """Find again what is not a dimension: change `places` and `extra`."""
 
     @abstractmethod
     def _errors(self, places: Complexes, extra: Floats) -> ErrorsAt:

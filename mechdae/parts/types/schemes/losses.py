@@ -2,7 +2,7 @@
 
 Reactions are those without friction, dyad by dyad from the last one back to the crank; each pin
 loses r sin(atan f) |R| |omega|, each guide f |N| |v|. The mean over the angles is for one radian
-per second. What is reported of a design is computed anew, with friction that acts on reactions.
+per second. What is reported of a design is computed again, with friction that acts on reactions.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The error of a design measured anew on its file, with no code of its search.
+"""The error of a design measured again on its file, with no code of its search.
 
 Both are resampled at equal arc length, centred, and divided by the wanted one's radius; of all
 shifts in both senses, each with its best rotation, the least mean distance counts, times 2 pi.

@@ -43,7 +43,7 @@ MEANT = 8 * ROUNDOFF
 DOUBTFUL = 1e-10
 """Residual up to which nearly crossing branches are mentioned with their distance."""
 EXCLUDED = 1e-6
-"""Share of the second derivatives by which a branch may miss superfluous equations."""
+"""Share of the second derivatives by which a branch may miss redundant equations."""
 FLAT = 1e-9
 RANK = 1e-7
 """Least singular value of all equations of a redundant block, as a share of the largest, above
@@ -92,7 +92,7 @@ class Crossing:
     """A change point of one block.
 
     ``x`` (n,) are its unknowns there; ``other`` is None where the driver stands still on the
-    other branch, which leaves along ``still``, or superfluous equations have ``excluded`` it.
+    other branch, which leaves along ``still``, or redundant equations have ``excluded`` it.
     ``residual`` is by how much the block's equations miss a crossing, in lengths of the
     mechanism, and ``gap`` how far apart the branches then are [rad or lengths]; both are zero
     when they cross for the float64 numbers given. Where these decide that they do not, ``missed``
