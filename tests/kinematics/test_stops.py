@@ -155,3 +155,23 @@ def test_studies_see_stops() -> None:
         four_bar(), sets={"b": [0.119, 0.12]}, of="turn", outputs=["bodies/rocker/angle"]
     )
     assert table.status.tolist() == ["stopped"] * 2
+
+
+def test_nothing_is_said_of_the_motion_without_stops() -> None:
+    """Swing and stroke would be those of a linkage that its stops let through."""
+    result = md.solve(four_bar(), "turn", poses=73)
+    assert not {"swing", "stroke", "limits"} & set(result.summary)
+    assert "swing, stroke, limits are not given: D meets a stop" in result.summary["notes"]
+    free = md.solve(four_bar((0.0, 3.0)), "turn", poses=73)
+    assert {"swing"} <= set(free.summary)
+
+
+def test_a_page_of_a_joint_with_limits_is_recorded() -> None:
+    """A live one would certify poses that a stop forbids."""
+    page = md.page(four_bar(), "turn")
+    assert page.data["reason"] == "with limits of joints it is recorded"
+
+
+def test_parts_are_not_made_of_a_motion_that_stops() -> None:
+    with pytest.raises(md.UnavailableError, match="between its poses is stopped"):
+        md.export(four_bar(), "turn", format="svg-cut")

@@ -63,6 +63,8 @@ def why_recorded(setting: Setting | None, run: Run | None, task: Task) -> str:
         return "curves"
     if any(graph.redundant for graph in graphs.blocks):
         return "superfluous"
+    if "limits" in graphs.scene.traits:
+        return "limits"
     if path.zones or (isinstance(path, Path) and any(path.flips)):
         return "change points"
     if isinstance(path, Legs) and any(end.high and end.high.s <= 1 for end in path.reach.values()):

@@ -18,6 +18,8 @@ from mechdae.types import Floats, Json, Matrix, Unknowns
 ROOM = 1e-9
 """By how much a joint may be beyond a limit by rounding [rad, sizes of the mechanism]."""
 TURN = 2 * np.pi
+FREE = ("swing", "stroke", "limits")
+"""What a summary says of the whole motion."""
 
 
 class Stops:
@@ -93,6 +95,11 @@ def mark(setting: Setting, run: Run) -> None:
     if len(run.values) > 1:
         for k in range(len(stops.coordinates)):
             run.events += _met(setting, run, stops, k)
+    meets = sorted({event["joint"] for event in run.events if event["kind"] == "stop"})
+    for name in FREE if meets or sentences else ():
+        run.summary.pop(name, None)  # of the motion without stops
+    if meets:
+        run.found.notes.append(f"{', '.join(FREE)} are not given: {', '.join(meets)} meets a stop")
     if sentences:
         run.stopped, run.fault = np.array(over.any(axis=1)), "; ".join(sentences)
         run.summary["stopped"] = [

@@ -75,6 +75,15 @@ class Motions:
         }
         good = np.asarray(self.run.values, float).ravel()[motion.rows]
         self.low, self.high = float(np.min(good)), float(np.max(good))
+        first, last = motion.rows[0], motion.rows[-1]
+        gap = sorted(set(range(first, last)) - set(motion.rows))
+        if gap:
+            raise UnavailableError(
+                f"parts are made of one motion, and pose {gap[0]} between its poses is "
+                f"{motion.result.status[gap[0]]}",
+                where=f"tasks.{motion.task}",
+                hint='driver = { coordinate = ..., range = "assembled" }, or ends within it',
+            )
         if self.low == self.high:
             raise InputError(
                 "parts are made of a motion, and the task has one pose that assembles",
