@@ -300,7 +300,7 @@ def test_check_finds_what_solve_would_refuse(capsys, tmp_path) -> None:
     assert (code, out.strip()) == (0, "mine: valid, no expected values")
     for old, new, words, expected in (
         ("rod_deg", "rodd_deg", "sketch.rodd", 2),
-        ('"crank.angle"', '"slider.angle"', "superfluous", 2),
+        ('"crank.angle"', '"slider.angle"', "redundant", 2),
         ("to_deg = 360", "to_deg = 0", "same value", 2),
         (
             "C     = {",

@@ -65,7 +65,7 @@ console.log(JSON.stringify({{ test: session.selfTest(),
 
 def test_superfluous_equations_are_recorded_with_turns(made):
     data = made["bennett"].data
-    assert "superfluous" in data["reason"]
+    assert "redundant" in data["reason"]
     assert set(data["recorded"]["turns"]) == {"link1", "link2", "link3"}
 
 
@@ -139,7 +139,7 @@ def test_the_view_turns_by_pointer_and_keys(opened):
 @pytest.mark.skipif(CHROMIUM is None, reason="no Chromium on this machine")
 def test_recorded_mechanisms_turn_too(opened):
     page = opened("bennett")
-    assert "superfluous" in page.evaluate("mechdae.live")
+    assert "redundant" in page.evaluate("mechdae.live")
     first = page.inner_html("#diagram .depths")
     page.locator("#diagram").focus()
     page.keyboard.press("a")

@@ -265,7 +265,7 @@ def test_drivers(driver, where):
     [
         ("five-crank-parallelogram",
          {"kind": "path", "point": "beam.B1", "targets": [[1, 1], [0.5, 1.2]]},
-         {"L": [0.5, 2]}, "superfluous"),
+         {"L": [0.5, 2]}, "redundant"),
         ("four-stroke-engine", {"kind": "minimise", "of": "cycle/joints/B/reaction"},
          {"l": [0.12, 0.2]}, "tables"),
     ],
