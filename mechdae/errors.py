@@ -22,7 +22,7 @@ error: the result has them with their status, and says what is wrong in ``fault`
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from types import MappingProxyType
 
 CONTROL = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f]")
@@ -127,7 +127,7 @@ class FreedomError(MechanismError):
 
 
 class UnknownName(InputError):
-    """A name that does not exist, answered with the nearest ones.
+    """A name that does not exist, answered with the nearest ones, else with those ``listed``.
 
     Attributes
     ----------
@@ -143,10 +143,14 @@ class UnknownName(InputError):
       try: did you mean pendulum or double-pendulum?
     """
 
-    def __init__(self, kind: str, name: str, known: Iterable[str], *, where: str = "") -> None:
+    def __init__(
+        self, kind: str, name: str, known: Iterable[str], *, where: str = "",
+        listed: Collection[str] = (),
+    ) -> None:  # fmt: skip
         near = nearest(name, known)
         self.name: str = str(name)
-        hint = f"did you mean {' or '.join(near)}?" if near else ""
+        hint = f"one of {', '.join(listed)}" if listed else ""
+        hint = f"did you mean {' or '.join(near)}?" if near else hint
         super().__init__(f"unknown {kind} '{shorten(name)}'", where=where, hint=hint)
 
 

@@ -131,9 +131,8 @@ def picture_of(kind: str) -> Picture:
         hint = f"md.{kind}, or mechdae {kind}"
         raise UnavailableError(f"a {kind} is no picture on axes", hint=hint)
     if kind not in PICTURES:
-        error = UnknownName("kind of picture", str(kind), [*PICTURES, *DOCUMENTS])
-        error.hint = error.hint or f"one of {', '.join([*PICTURES, *DOCUMENTS])}"
-        raise error
+        known = [*PICTURES, *DOCUMENTS]
+        raise UnknownName("kind of picture", str(kind), known, listed=known)
     return PICTURES[kind]
 
 

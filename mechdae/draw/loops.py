@@ -15,6 +15,7 @@ from mechdae.draw import style
 from mechdae.draw.diagram import symbols
 from mechdae.draw.diagram.diagram import draw_pose, extent
 from mechdae.draw.diagram.driver import driven_bodies, drivers_of
+from mechdae.draw.diagram.places import missing_hint
 from mechdae.draw.diagram.scene import Array, DrawnScene, choose_pose, read_scene
 from mechdae.draw.diagram.view import View
 from mechdae.draw.figure import new_axes
@@ -106,7 +107,7 @@ def draw(
         if all(scene.shown(end.split(".")[0], index) for end in pair)
     })  # fmt: skip
     if not vectors.loops:
-        raise InputError(f"no loop is closed in pose {index}", hint="another pose or task")
+        raise InputError(f"no loop is closed in pose {index}", hint=missing_hint(scene))
     looks = _looks(vectors, driven)
     rows = _rows(vectors, looks, words)
 

@@ -68,6 +68,27 @@ def for_picture(
     return solve(problem, name, mode=mode)
 
 
+def with_bodies(result: Result) -> Result:
+    """Return a result with all bodies of its scene, solved again where outputs leave some out."""
+    shown = {*getattr(result, "bodies", ()), *result.summary.get("not_in_scene", ())}
+    named = getattr(result.definition, "outputs", None) is not None
+    if not named or shown >= set(result.mechanism.bodies):
+        return result
+    whole = for_picture(result.as_problem(), result.task, ("bodies",))
+    return replace(whole, units=result.units)
+
+
+def with_scene(problem: Problem, name: str) -> Problem:
+    """Return a problem in which a task has all bodies of its scene, where it names outputs."""
+    task: Any = problem.task(name)
+    if getattr(task, "outputs", None) is None:
+        return problem
+    outside = not_in_scene(problem, name)
+    there = [body for body in problem.mechanism.bodies if body not in outside]
+    outputs = tuple(dict.fromkeys((*task.outputs, *there))) if outside else None
+    return problem.with_task(name, replace(task, outputs=outputs))
+
+
 def with_sketch(problem: Problem) -> Problem:
     """Return a problem with a task that has a picture, where it has none: the assembled sketch.
 
@@ -120,24 +141,20 @@ def _goes_along(task: Driven) -> bool:
 
 def _with_all_bodies(problem: Problem, name: str, mode: str | None) -> Result:
     task: Any = problem.task(name)
-
-    def with_outputs(outputs: tuple[str, ...] | None) -> Result:
-        return solve(problem.with_task(name, replace(task, outputs=outputs)), name, mode=mode)
-
+    scene = with_scene(problem, name)
     outside = not_in_scene(problem, name)
     if not outside:
-        return with_outputs(None)
+        return solve(scene, name, mode=mode)
     if problem.mechanism.dimension == 3:  # loops that are not in the scene cost much
-        there = [body for body in problem.mechanism.bodies if body not in outside]
-        inside = with_outputs(tuple(dict.fromkeys((*task.outputs, *there))))
+        inside = solve(scene, name, mode=mode)
         return replace(inside, summary=inside.summary.changed(not_in_scene=outside))
     try:
-        whole = with_outputs(None)
+        whole = solve(problem.with_task(name, replace(task, outputs=None)), name, mode=mode)
     except MechdaeError:
         whole = None
     if whole is not None and not whole.fault:
         return replace(whole, summary=whole.summary.changed(not_in_scene=outside))
-    inside = with_outputs(tuple(body for body in problem.mechanism.bodies if body not in outside))
+    inside = solve(scene, name, mode=mode)
     if whole is None or whole.fault != inside.fault:
         return inside
     return replace(whole, summary=whole.summary.changed(not_in_scene=outside))

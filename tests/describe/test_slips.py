@@ -12,6 +12,7 @@ import pytest
 import mechdae as md
 from mechdae.cli import main
 from mechdae.describe.file.load import from_dict
+from mechdae.parts.exchange.formats import check_format
 from mechdae.results.tables import table
 from tests.shared.paths import ROOT
 
@@ -57,6 +58,21 @@ def test_keys_of_a_task_below_the_header_of_its_driver() -> None:
     message = refused(text)
     assert "'poses' is a key of [tasks.turn]" in message
     assert "[tasks.turn.driver]" in message
+
+
+def test_a_misspelt_between_is_named() -> None:
+    message = refused(FOUR_BAR.replace("between", "betwen", 1))
+    assert "'betwen' is no key: did you mean between?" in message
+    assert "is no key" not in refused(re.sub(r", between = \[.*?\]", "", FOUR_BAR, count=1))
+
+
+def test_names_that_resemble_none_are_listed() -> None:
+    four_bar = md.load("four-bar-crank-rocker")
+    with pytest.raises(md.UnknownName) as caught:
+        four_bar.with_values({"xyz_mm": 130.0})
+    assert caught.value.hint == f"one of {', '.join(four_bar.mechanism.parameters)}"
+    with pytest.raises(md.UnknownName, match="one of dxf, mjcf"):
+        check_format("step")
 
 
 def test_a_planted_mistake_of_the_hint_is_seen(monkeypatch) -> None:

@@ -165,7 +165,7 @@ def _form(options: argparse.Namespace, kind: str | None) -> str:
             hint="one of them is enough",
         )  # fmt: skip
     if form not in formats:
-        raise UnknownName("format", form, formats)
+        raise UnknownName("format", form, formats, where="format", listed=formats)
     if options.text and (moving or form != "svg"):
         raise InputError("letters as text are those of a still SVG", where="--text")
     return str(form)

@@ -47,6 +47,9 @@ def explain(data: Mapping[str, Any], error: MechdaeError) -> None:
         held = bool(place) and _is_table(data, place)
     if not held:
         return
+    if key == "between" and len(place) == 2:
+        near = close_matches(key, data[place[0]][place[1]], 1)
+        error.hint = f"'{near[0]}' is no key: did you mean between?" if near else error.hint
     if key in WHOLE and key not in data:
         _say(error, key, [place])
     elif place[0] == "tasks" and len(place) > 2:

@@ -205,7 +205,8 @@ def _with_number(mechanism: Mechanism, name: str, number: Number) -> Mechanism:
         return replace(mechanism, closure_tolerance=number)
     if name not in dict(mechanism.numbers()):
         automatic = [entry for entry, _ in mechanism.numbers()]
-        raise UnknownName("parameter", name, [*mechanism.parameters, *automatic])
+        known = [*mechanism.parameters, *automatic]
+        raise UnknownName("parameter", name, known, listed=mechanism.parameters or automatic)
     part, *rest = name.split(".")
     if part == "loads":
         load = mechanism.loads[rest[0]].with_number(".".join(rest[1:]), number)

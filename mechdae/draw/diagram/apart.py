@@ -26,7 +26,7 @@ from mechdae.draw.diagram.diagram import (
     write_heads,
 )
 from mechdae.draw.diagram.driver import drivers_of
-from mechdae.draw.diagram.places import letters_of, numbers_of, places_of
+from mechdae.draw.diagram.places import letters_of, missing_hint, numbers_of, places_of
 from mechdae.draw.diagram.scene import Array, DrawnScene, choose_pose, read_scene
 from mechdae.draw.diagram.view import View
 from mechdae.draw.fonts import font, ink
@@ -145,7 +145,7 @@ def pieces_of(
     if not pieces:
         raise InputError(
             f"pose {pose} is {scene.status[pose]}: there is no group to draw",
-            hint="another pose",
+            hint=missing_hint(scene),
         )
     return pieces
 

@@ -95,6 +95,15 @@ class JoinedScene(Protocol):
         ...
 
 
+def missing_hint(scene: JoinedScene) -> str:
+    """Return what to try where nothing is drawn: the result may not have all bodies."""
+    known = {*scene.origins, *getattr(scene, "helpers", ())}
+    missing = [name for name in scene.mechanism.bodies if name not in known]
+    if not missing:
+        return "another pose or task"
+    return f"a task without outputs: the result has no {', '.join(missing)}"
+
+
 def places_of(scene: JoinedScene, pose: int) -> list[Place]:
     """Return the joint places shown, in the order of the joints.
 

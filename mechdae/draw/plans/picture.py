@@ -132,6 +132,10 @@ def _drawn(
             plan for plan in forces if name in (None, *(entry for entry, _ in plan.relations))
         ]
         plans += forces if which == "force" else forces[:FORCES]
+    if not plans:
+        raise InputError(
+            f"no force acts on {name or 'the groups'} in pose {index}", hint="another pose or group"
+        )
     if which is not None and len(plans) == 1:
         return _single(result, scene, index, ax, plans[0], scales)
     return _page(result, scene, index, ax, plans, scales, name, whole=which is None)

@@ -132,7 +132,7 @@ def places(path: str | Path, files: Mapping[str, str], overwrite: bool) -> list[
 def check_format(form: str) -> None:
     """Raise `UnknownName` for a format that there is none of."""
     if form not in FORMATS:
-        raise UnknownName("format", form, FORMATS, where="format")
+        raise UnknownName("format", form, FORMATS, where="format", listed=FORMATS)
 
 
 @public(old="problem format task")

@@ -35,6 +35,7 @@ from mechdae.parts.paper.reports import sections
 from mechdae.parts.paper.reports.report import ENDINGS, MOST, Report
 from mechdae.records import dataclass, public
 from mechdae.tasks import Solver
+from mechdae.tasks.pictures import with_scene
 
 if TYPE_CHECKING:
     from mechdae.types import Json
@@ -276,7 +277,7 @@ def assign(
     rows = _rows(bare, name, positions)
     if not 0 <= pose < len(rows):
         raise InputError(f"there is no position {pose}", hint=f"from 0 to {len(rows) - 1}")
-    base = (solver := Solver(bare, name))()
+    base = (solver := Solver(with_scene(bare, name), name))()
     if transmission_angle and not transmission(base):
         raise InputError("no dyad has a transmission angle", where=f"task {name}")
     bound = ANGLE if transmission_angle is None else transmission_angle

@@ -34,7 +34,7 @@ from mechdae.parts.paper.explanations.subject import KINDS, Subject
 from mechdae.parts.paper.phrases import Phrases
 from mechdae.records import public
 from mechdae.results import Result
-from mechdae.tasks.solve import solve
+from mechdae.tasks.pictures import for_picture, with_bodies
 
 BESIDE = "87mm"
 """Width of a picture beside the text: half of a page's, where the scales of plans hold."""
@@ -160,10 +160,10 @@ def explain(
     """
     say = Phrases(lang)
     if isinstance(problem, Result) and task is None and set is None:
-        result = problem
+        result = with_bodies(problem)
     else:
         whole, named = given(problem, task, set)
-        result = solve(whole, first_task(whole, named))
+        result = for_picture(whole, first_task(whole, named), ("bodies",))
     result = result.in_units(units) if units else result
     subject = subject_of(result, pose, say)
     groups = subject.group(group)
