@@ -515,9 +515,12 @@ def test_the_command_draws_designs(quick, capsys, tmp_path: Path) -> None:
         (["--design", "0"], "a number from 1"),
         (["--kind", "census", "--design", "1"], "--design is for design, not for census"),
         (["--kind", "diagram"], "no poses"),
-        (["--pose", "3"], "--pose is for diagram, plans, not for design"),
-        (["--kind", "compare", "--pose", "3"], "--pose is for diagram, plans, not for compare"),
-        (["--dark"], "--dark is for diagram, animation, not for design"),
+        (["--pose", "3"], "--pose is for diagram, groups, plans, loops, not for design"),
+        (
+            ["--kind", "compare", "--pose", "3"],
+            "--pose is for diagram, groups, plans, loops, not for compare",
+        ),
+        (["--dark"], "--dark is for diagram, groups, animation, loops, not for design"),
         (["--mode", "+"], "no assembly mode"),
     ):
         code, said, err = run(capsys, *words, *wrong)

@@ -369,16 +369,16 @@ def test_limits_of_joints_are_carried() -> None:
     problem = replace(problem, mechanism=replace(problem.mechanism, joints=joints))
     texts = {form: md.export(problem, "turn", format=form).text for form in ("mjcf", "sdf", "urdf")}
     roots = {form: ET.fromstring(text) for form, text in texts.items()}
-    joint = roots["mjcf"].find(".//joint[@name='D.angle']")
+    joint = roots["mjcf"].find(".//joint[@name='B.angle']")
     assert joint is not None
-    assert joint.get("range") == "0.5 2.5"
-    limit = roots["urdf"].find("joint[@name='D']/limit")
+    assert joint.get("range") == "-4 4"
+    limit = roots["urdf"].find("joint[@name='B']/limit")
     assert limit is not None
-    assert (limit.get("lower"), limit.get("upper")) == ("0.5", "2.5")
+    assert (limit.get("lower"), limit.get("upper")) == ("-4", "4")
     start = float(joint.get("ref", 0))
-    path = "model/joint[@name='D']/axis/limit"
+    path = "model/joint[@name='B']/axis/limit"
     ends = [float(roots["sdf"].findtext(f"{path}/{end}") or 0) for end in ("lower", "upper")]
-    assert ends == pytest.approx([0.5 - start, 2.5 - start], rel=1e-12)
+    assert ends == pytest.approx([-4.0 - start, 4.0 - start], rel=1e-12)
     left = [
         name for name in "ABCD" if roots["mjcf"].find(f".//joint[@name='{name}.angle']") is None
     ]

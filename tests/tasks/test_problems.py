@@ -38,7 +38,8 @@ def test_expected_values(name: str) -> None:
         assert verdict.met, f"{entry.task} {entry.what}: {verdict}"
         assert entry.source, "an expected value says where it comes from"
         size = max(1.0, np.abs(verdict.value).max())  # forces in newtons, powers in watts
-        assert verdict.allowed <= 1e-8 * size
+        # targets of designs have the digits that their source prints
+        assert verdict.allowed <= (1e-6 if is_design(problem) else 1e-8) * size
 
 
 @pytest.mark.parametrize("name", library.names())
