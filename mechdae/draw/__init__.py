@@ -166,7 +166,12 @@ def _solved(
     solved = importlib.import_module("mechdae")._for_picture
     measures = ("axodes",) if given.get("axodes") else ()
     needs, paths = picture_of(chosen).needs, given.get("of", ())
-    return solved(whole, task, needs, paths, mode, measures), chosen
+    result = solved(whole, task, needs, paths, mode, measures)
+    if kind is None and not options and (fits := fitting(chosen, result)) != chosen:
+        if picture_of(fits).needs != needs:
+            result = solved(whole, task, picture_of(fits).needs, (), mode)
+        return result, fits
+    return result, chosen
 
 
 def _variants() -> ModuleType:
@@ -179,6 +184,14 @@ def usual(result: Result) -> str:
     if kind == "design" and "front" in result.summary:
         return "front"
     return "census" if kind == "design" and not result.data["designs"] else kind
+
+
+def fitting(kind: str, result: Result) -> str:
+    """Return a kind that nobody wished for, or another one where a result has none of it."""
+    series = picture_of(kind).shows
+    if series and not any((part[series] > 0).any() for part in result.points.values()):
+        return "diagram"
+    return usual(result) if kind == "design" else kind
 
 
 def data_url(result: Result) -> str:

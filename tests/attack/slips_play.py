@@ -102,6 +102,16 @@ def ends() -> float:
     return np.inf if found.outside or found.open or not told else 0.0
 
 
+def sizes() -> float:
+    """Gaps too large for any band: none is the largest, and loads press nothing."""
+    mechanism = with_gaps(four_bar(0.1, 0.3, 0.25, 0.28, crank=0.5, coupler=0.6, rocker=1.2), 0.09)
+    try:
+        play = played(mechanism).summary["play"]
+    except ValueError:
+        return np.inf
+    return np.inf if play["largest"] or len(play["unbounded"]) != 1 else 0.0
+
+
 PINS = SUITE + "test_a_slider_moves_by_all_clearances_along_the_rod"
 LOADS = SUITE + "test_loads_press_a_slider_back_through_all_gaps"
 RANDOM = SUITE + "test_bands_of_large_gaps_hold_what_is_not_of_first_order"
@@ -127,6 +137,8 @@ SLIPS = [
          adversaries, RANDOM),
     Slip("parts.play.bands", "self._bent(forms, -SX", "self._bent(0 * forms, -SX", adversaries,
          RANDOM),
+    Slip("parts.play.run", "shares[:, ~self.found.proved] = np.nan", "shares[:, :0] = np.nan",
+         sizes, "play/test_sizes.py::test_a_four_bar_with_gaps_of_any_size"),
     Slip("parts.play.bands", "proved[rows[good]] = True", "proved[rows] = True", ends,
          SUITE + "test_near_limit_positions_no_band_is_claimed"),
 ]  # fmt: skip

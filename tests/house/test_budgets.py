@@ -12,7 +12,7 @@ BUDGETS = {
     "numerics": 4_700,
     "equations": 7_620,  # what is left out of a scene: rollers, second machines, plane and space
     "results": 3_600,
-    "draw": 20_750,  # graphs of motions; texts are measured without matplotlib
+    "draw": 20_770,  # graphs of motions; texts are measured without matplotlib
     "kernels": 7_450,
     "motion": 23_270,  # poses of several drivers at the speed of one
     "forces": 4_790,
@@ -20,12 +20,12 @@ BUDGETS = {
     "design": 15_890,
     "tasks": 2_390,
     "cli": 1_720,
-    "parts": 29_660,  # what a page teaches by
+    "parts": 29_680,  # what a page teaches by
 }
 """Room -> most lines of its modules; some of them import what annotations name."""
 ALONE = 1107
 """Lines of the modules that stand alone: errors, docstrings, records, types, additions."""
-TOTAL = 144_450
+TOTAL = 144_500
 LONGEST = 500
 LONGER = {
     "describe/joints/spatial.py": 520,

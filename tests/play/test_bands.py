@@ -196,7 +196,7 @@ def test_gaps_that_are_none_are_refused() -> None:
             from_dict(tomllib.loads(f"{whole}\n[joints.x]\n{text}"), "x")
 
 
-def test_superfluous_equations_are_refused() -> None:
+def test_redundant_equations_are_refused() -> None:
     problem = md.load("parallelogram-three-cranks")
     task = next(task for task in problem.tasks.values() if isinstance(task, md.Sweep))
     with pytest.raises(md.UnavailableError, match="redundant"):

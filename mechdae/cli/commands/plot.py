@@ -11,7 +11,7 @@ from mechdae.cli import message
 from mechdae.cli.options import problem_arguments, problem_of, units_argument, units_asked
 from mechdae.cli.pictures import file_name, options_for
 from mechdae.cli.progress import progress
-from mechdae.draw import usual
+from mechdae.draw import fitting
 from mechdae.draw.catalogue import (
     DOCUMENTS,
     ON_PAPER,
@@ -116,8 +116,10 @@ def run(options: argparse.Namespace) -> int:
             del extra["pose"], asked["pose"]
             stem = file_name(drawn.problem, drawn.task, f"open-{pose}", {})
             return _written(options, drawn, kind, extra, f"{stem}.{form}")
-    if kind == "design" and not options.kind and not extra and usual(result) != "design":
-        kind, extra, asked = usual(result), {}, {}
+    if not options.kind and not extra and (fits := fitting(kind, result)) != kind:
+        kind, asked = fits, {}
+        if picture_of(kind).needs != picture.needs:
+            result = for_picture(problem, name, picture_of(kind).needs, (), options.mode)
     stem = file_name(result.problem, result.task, kind, asked)
     return _written(options, result, kind, extra, f"{stem}.{form}")
 
@@ -143,8 +145,8 @@ def _of_folder(options: argparse.Namespace, asked: dict[str, Any]) -> int:
     result, form = results[name], _form(options, kind)
     check_suits(kind, result.kind, "result", f"{options.problem}: {name}")
     extra = options_for(kind, asked)
-    if kind == "design" and not options.kind and not extra and usual(result) != "design":
-        kind, extra, asked = usual(result), {}, {}
+    if not options.kind and not extra and (fits := fitting(kind, result)) != kind:
+        kind, asked = fits, {}
     try:
         stem = file_name(result.problem, result.task, kind, asked)
         return _written(options, result, kind, extra, f"{stem}.{form}")

@@ -41,6 +41,8 @@ ALLOWANCE, SHARE = 1 + 2.0**-10, 1 + 2.0**-30
 """For the rounding of bounds themselves, of the large part that is a sum of lengths less."""
 LEAST = 0.1
 """Share of the widest unknown that every side of the box has at least, in natural sizes."""
+NARROW = 1e-9
+"""Share of its natural size that a side has at least: gaps of no size leave rounding."""
 WIDER = 1.25
 """How much wider than its image a box is made for the next test."""
 ROUNDS = 8
@@ -295,7 +297,7 @@ def _boxes(
         What every image holds, and the part of it that the gaps make, (n, nq).
     """
     q, u, Y, p = pose
-    width = LEAST * np.max(spread / sizes, axis=1, keepdims=True) * sizes
+    width = np.maximum(LEAST * np.max(spread / sizes, axis=1, keepdims=True), NARROW) * sizes
     box = np.maximum(WIDER * fixed, width)
     image, proved, tried = np.zeros_like(box), np.zeros(len(q), bool), there.copy()
     for _ in range(ROUNDS):

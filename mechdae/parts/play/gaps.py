@@ -95,17 +95,21 @@ def gaps_of(
     Raises
     ------
     MechanismError
-        A gap as large as a link, or a block that is shorter than its gap.
+        A gap as large as a link, a block that is shorter than its gap, or no gap at all.
     """
     values, found = mechanism.values(), []
     for name, joint in mechanism.joints.items():
         places = {row.part: k for k, row in enumerate(rows) if row.owner == name and not row.driver}
         for key in KEYS:
-            size = values.get(f"{name}.{key}", 0.0)
-            if size and places:
-                _check_size(mechanism, joint, key, size)
-                found.append(_gap(joint, key, size, places, values, centres))
-    return found
+            size = values.get(f"{name}.{key}")
+            if size is not None and places:
+                found.append((joint, key, size, places))
+    if not found:
+        raise MechanismError("the outputs depend on no joint with a clearance", where="outputs")
+    sized = [each for each in found if each[2]] or found
+    for joint, key, size, _ in sized:
+        _check_size(mechanism, joint, key, size)
+    return [_gap(*each, values, centres) for each in sized]
 
 
 def _gap(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -25,6 +26,7 @@ DIRECTIONS = 36
 """In which the band of a point is measured, over half a turn."""
 WIDEST = float(1 / np.cos(np.pi / (2 * DIRECTIONS)))
 """How much further a point may be between two of them."""
+NO_BAND = "no pose has a proved band: the clearances are too large, or it is near a limit position"
 NAMES = {"bodies": "body", "points": "point", "joints": "joint"}
 
 
@@ -62,7 +64,12 @@ def play(problem: Problem, name: str, task: Play) -> SweepResult:
         loaded = loaded_run(problem, forces)
         setting, followed = loaded.setting, loaded.run
         result = report(problem, name, task, setting, followed)
-        result = with_forces(result, loaded, forces)[0]
+        whole = with_forces(result, loaded, replace(forces, outputs=None))[0]
+        reactions, shown = whole.joints, whole.joints
+        if task.outputs is not None:
+            chosen = loaded.setting.scene.selection.joints
+            shown = Named("joint", {name: reactions[name] for name in reactions if name in chosen})
+        result = whole.as_kind(type(whole), joints=shown)
     else:
         setting = prepare(problem, task)
         followed = run(setting, task)
@@ -79,7 +86,7 @@ def play(problem: Problem, name: str, task: Play) -> SweepResult:
     found = bands(graphs, gaps, pose, sizes)
     pressed = None
     if task.under_load:
-        pressed = offsets(gaps, [graphs.openings(gap, pose) for gap in gaps], result.joints)
+        pressed = offsets(gaps, [graphs.openings(gap, pose) for gap in gaps], reactions)
     at = followed.values[:, setting.plan.lead]
     return _Banded(result, quantities, found, gaps, pressed, at).result()
 
@@ -129,10 +136,10 @@ class _Banded:
             changes[kind] = Named(
                 word, {p: Series({**part.open(), **series.get((kind, p), {})}) for p, part in parts}
             )
-        later = LazyPart(lambda: {"play": self._summary()})
-        return self.swept.as_kind(
-            type(self.swept), summary=self.swept.summary.changed(play=later), **changes
-        )
+        summary = self.swept.summary.changed(play=LazyPart(lambda: {"play": self._summary()}))
+        if among(self.swept.codes, FINE).any() and not self.found.proved.any():
+            summary["notes"] = [*summary.get("notes", []), NO_BAND]
+        return self.swept.as_kind(type(self.swept), summary=summary, **changes)
 
     def _first_and_rest(self, quantity: BandedQuantity) -> tuple[Floats, Floats]:
         """Return what the gaps do to first order (n, k), and a bound of the rest."""
@@ -174,6 +181,7 @@ class _Banded:
         forms = x * np.cos(turns) + y * np.sin(turns)  # (n, rows, directions)
         scaled = [[forms[:, k] * reach for k, reach in gap.opened] for gap in self.gaps]
         shares = np.stack([gap.support(s) for gap, s in zip(self.gaps, scaled, strict=True)])
+        shares[:, ~self.found.proved] = np.nan
         whole = shares.sum(axis=0)
         furthest = (np.arange(len(whole)), np.nan_to_num(whole).argmax(axis=1))
         return WIDEST * whole[furthest] + np.hypot(*rest.T), shares[:, *furthest].T
@@ -203,7 +211,7 @@ class _Banded:
         return {
             "band": float(band[k]),
             "at": float(self.at[k]),
-            "joint": max(each, key=lambda joint: each[joint]),
+            "joint": max(each, key=lambda joint: each[joint]) if any(each.values()) else None,
             "shares": each,
             "price": {gap.joint: each[gap.joint] / gap.size for gap in self.gaps},
         }

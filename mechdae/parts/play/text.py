@@ -32,18 +32,20 @@ def band_facts(result: Result, width: int) -> list[str]:
         kind, part, name = path.split("/")
         if entry["band"] <= NOTHING * (1.0 if name == "angle" else result.mechanism.scale):
             continue
-        share = entry["shares"][entry["joint"]] / sum(entry["shares"].values())
+        share = "all of it of second order"
+        if entry["joint"]:
+            most = entry["shares"][entry["joint"]] / sum(entry["shares"].values())
+            share = f"most of it ({most:.0%}) by {entry['joint']}"
         text = (
             f"{part} {name} +- {in_unit(entry['band'], result.unit(kind, part, name), 4, units)} "
-            f"at {driver} = {in_unit(entry['at'], unit, 6, units)}, most of it ({share:.0%}) by "
-            f"{entry['joint']}"
+            f"at {driver} = {in_unit(entry['at'], unit, 6, units)}, {share}"
         )
         lines += fact("band", text, width)
     for arc in play["unbounded"]:
         ends = [in_unit(arc[end], unit, 6, units) for end in ("from", "to")]
         text = (
-            f"no band is proved from {driver} = {ends[0]} to {ends[1]}: near a limit position it "
-            "grows without end"
+            f"no band is proved from {driver} = {ends[0]} to {ends[1]}: the clearances are too "
+            "large there, or it is near a limit position"
         )
         lines += fact("band", text, width)
     for entry in play.get("reversals", ()):

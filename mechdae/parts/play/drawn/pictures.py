@@ -13,4 +13,6 @@ BAND = Picture(
     lacks="has no bands",
     hint="a task of kind play",
     first=("play",),
+    usual_of=("play",),
+    shows="distance_band",
 )
