@@ -113,9 +113,9 @@ SLIPS = [
     Slip(SYSTEMS, "k] += sign * one.sign", "k] += one.sign", systems, SUITE + SOLVED),
     Slip(SYSTEMS, "other = [*ways[edge.start], *edge.addends], ways[edge.end]",
          "other = [*ways[edge.start], *edge.addends], ways[edge.start]", systems, SUITE + SOLVED),
-    Slip("draw.diagram.apart", "set(own.bodies) <= mine | earlier", "set(own.bodies) <= mine",
+    Slip("draw.diagram.apart", "set(joint.bodies) <= mine | earlier", "set(joint.bodies) <= mine",
          groups, DRAWN + APART),
-    Slip("draw.diagram.apart", "own + shift for", "own - shift for", groups, DRAWN + APART),
+    Slip("draw.diagram.apart", "origin + shift for", "origin - shift for", groups, DRAWN + APART),
     Slip("draw.diagram.angles", "(np.pi - turn) %", "(np.pi + turn) %", arcs,
          DRAWN + "arcs_have_the_angles_of_the_article"),
 ]  # fmt: skip
