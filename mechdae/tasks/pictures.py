@@ -69,10 +69,14 @@ def for_picture(
 
 
 def with_bodies(result: Result) -> Result:
-    """Return a result with all bodies of its scene, solved again where outputs leave some out."""
+    """Return a result with all bodies of its scene, solved again where outputs leave some out.
+
+    Of loops of vectors in space the result stays: their equations do not close on paper.
+    """
     shown = {*getattr(result, "bodies", ()), *result.summary.get("not_in_scene", ())}
     named = getattr(result.definition, "outputs", None) is not None
-    if not named or shown >= set(result.mechanism.bodies):
+    in_space = result.mechanism.dimension == 3 and result.mechanism.closure is not None
+    if not named or in_space or shown >= set(result.mechanism.bodies):
         return result
     whole = for_picture(result.as_problem(), result.task, ("bodies",))
     return replace(whole, units=result.units)

@@ -34,7 +34,8 @@ from mechdae.parts.paper.explanations.subject import KINDS, Subject
 from mechdae.parts.paper.phrases import Phrases
 from mechdae.records import public
 from mechdae.results import Result
-from mechdae.tasks.pictures import for_picture, with_bodies
+from mechdae.tasks.pictures import with_bodies
+from mechdae.tasks.solve import solve
 
 BESIDE = "87mm"
 """Width of a picture beside the text: half of a page's, where the scales of plans hold."""
@@ -163,7 +164,7 @@ def explain(
         result = with_bodies(problem)
     else:
         whole, named = given(problem, task, set)
-        result = for_picture(whole, first_task(whole, named), ("bodies",))
+        result = with_bodies(solve(whole, first_task(whole, named)))
     result = result.in_units(units) if units else result
     subject = subject_of(result, pose, say)
     groups = subject.group(group)

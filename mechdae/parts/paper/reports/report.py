@@ -24,7 +24,8 @@ from mechdae.parts.paper.phrases import Phrases
 from mechdae.parts.paper.reports import sections
 from mechdae.records import public
 from mechdae.results import Result
-from mechdae.tasks.pictures import for_picture
+from mechdae.tasks.pictures import with_bodies
+from mechdae.tasks.solve import solve
 
 FINE = 360
 """Poses of a cycle that curves and paths are drawn with, at least."""
@@ -182,13 +183,13 @@ def _solved(problem: Problem, name: str, positions: int) -> tuple[Result, list[i
     task = problem.task(name)
     assert isinstance(task, Driven)
     if any(driver.at is not None for driver in task.all_drivers):
-        result = for_picture(problem, name, ("bodies",))
+        result = with_bodies(solve(problem, name))
         every = range(len(result.status))
         return result, list(every[:: max(1, -(-len(every) // positions))])
     step = max(1, -(-FINE // positions))
     poses: dict[str, Any] = {"poses": positions * step + 1}
     fine = dataclasses.replace(task, **poses)
-    result = for_picture(problem.with_task(name, fine), name, ("bodies",))
+    result = with_bodies(solve(problem.with_task(name, fine), name))
     rows = [k * step for k in range(positions)]
     return result, rows if len(result.status) > rows[-1] else list(range(len(result.status)))
 
