@@ -94,7 +94,7 @@ AT_THE_TERMINAL: dict[str, tuple[dict[str, Any], str, int, str]] = {
         2, "loops.closure: head and tail"),
     "a key of the plane": (changed(LOOPS, "vectors", "slide", "angle", to=1.0), "turn", 2,
         "vectors.slide.angle: 'angle' is a key of vectors in the plane"),
-    "hinges that freeze": (hinges(RSSR), "turn", 1, "3 of the equations of its joints are superfl"),
+    "hinges that freeze": (hinges(RSSR), "turn", 1, "3 of the equations of its joints are redunda"),
     "hinges that nearly move": (changed(BENNETT, "parameters", "beta", to=0.5), "turn", 1,
         "holds together for special dimensions only"),
     "friction of a plane": (changed(RSSR, "joints", "B", to={

@@ -47,7 +47,7 @@ def explain(data: Mapping[str, Any], error: MechdaeError) -> None:
         held = bool(place) and _is_table(data, place)
     if not held:
         return
-    if key == "between" and len(place) == 2:
+    if key == "between" and len(place) == 2 and key not in data[place[0]][place[1]]:
         near = close_matches(key, data[place[0]][place[1]], 1)
         error.hint = f"'{near[0]}' is no key: did you mean between?" if near else error.hint
     if key in WHOLE and key not in data:
