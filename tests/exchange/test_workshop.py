@@ -23,9 +23,8 @@ from tests.shared.passing_parts import passing
 
 SHORT = ("four-bar-crank-rocker", "slider-crank", "quick-return-pin")
 LONG = (
-    "gorshkov-seven-link", "watt-six-bar", "toggle-press", "jansen-leg", "klann-leg",
-    "peaucellier", "six-bar-dwell", "stephenson-six-bar", "oscillating-cylinder",
-    "double-watt", "scotch-yoke", "four-stroke-engine",
+    "gorshkov-seven-link", "toggle-press", "jansen-leg", "klann-leg", "oscillating-cylinder",
+    "double-watt", "scotch-yoke", "stephenson-six-bar",
 )  # fmt: skip
 
 

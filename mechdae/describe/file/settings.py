@@ -73,8 +73,9 @@ def settable(
             mechanism.with_values({base: number})  # says what there is
     except MechdaeError as error:
         error.where = f"set {name}"
-        if isinstance(error, UnknownName) and sizes and not error.hint:
-            error.hint = f"the sizes are {', '.join(sizes)}"
+        if isinstance(error, UnknownName) and sizes and not error.hint.startswith("did you"):
+            more = f"; {error.hint}" if error.hint else ""
+            error.hint = f"the sizes are {', '.join(sizes)}{more}"
         if isinstance(error, UnknownName):
             error.hint = unit_meant(name, known) or error.hint
         raise error from None
