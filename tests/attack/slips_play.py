@@ -9,7 +9,7 @@ import numpy as np
 
 import mechdae as md
 from mechdae.motion.kinematics.prepared import SHAPES
-from tests.shared.gaps import TURN, C, G, L, R, compared, slider_crank, with_gaps
+from tests.shared.gaps import TURN, C, G, L, R, compared, slider_crank, two_wheels, with_gaps
 from tests.shared.mechanisms import four_bar
 from tests.shared.planting import Slip
 
@@ -56,17 +56,7 @@ def tilt() -> float:
 
 
 def teeth() -> float:
-    mechanism = md.Mechanism(
-        ground=md.Ground({"A": (0, 0), "B": (0.06, 0)}),
-        bodies=[md.Body("crank", {"A": (0, 0)}), md.Body("wheel", {"B": (0, 0)})],
-        joints=[
-            md.Revolute("A", "ground.A", "crank.A"),
-            md.Revolute("B", "ground.B", "wheel.B"),
-            md.Gear("teeth", "crank.A", "wheel.B", ratio=-2.0, backlash=1e-4),
-        ],
-        sketch={"crank": 0.5, "wheel": -0.25},
-    )
-    return off(played(mechanism).bodies["wheel"].angle_band, 0.5e-4 / 0.04)
+    return off(played(two_wheels()).bodies["wheel"].angle_band, 0.5e-4 / 0.04)
 
 
 def loads() -> float:

@@ -136,9 +136,10 @@ class Assembly:
         found = []
         for i, (one, a) in enumerate(each):
             for j, (other, b) in enumerate(each):
-                low, high = (f(x[:, :, 2]) for x in (a, b) for f in (np.min, np.max)), None
-                (la, ha, lb, hb), high = low, high
-                if i == j or bodies[i] == bodies[j] or min(ha, hb) - max(la, lb) < 1e-6:
+                shared = min(a[:, :, 2].max(), b[:, :, 2].max()) - max(
+                    a[:, :, 2].min(), b[:, :, 2].min()
+                )
+                if bodies[i] == bodies[j] or shared < 1e-6:
                     continue
                 corners = locals_[i][::3, 0]
                 fa, fb = frames[bodies[i]], frames[bodies[j]]

@@ -23,6 +23,7 @@ from tests.shared.gaps import (
     compared,
     drawn_mechanism,
     slider_crank,
+    two_wheels,
     with_gaps,
 )
 from tests.shared.mechanisms import four_bar
@@ -86,16 +87,7 @@ def test_loads_press_a_slider_back_through_all_gaps() -> None:
 
 def test_backlash_turns_the_second_wheel() -> None:
     """Play along the pitch circles, of 20 and 40 mm: as an angle of either wheel."""
-    mechanism = md.Mechanism(
-        ground=md.Ground({"A": (0, 0), "B": (0.06, 0)}),
-        bodies=[md.Body("crank", {"A": (0, 0)}), md.Body("wheel", {"B": (0, 0)})],
-        joints=[
-            md.Revolute("A", "ground.A", "crank.A"),
-            md.Revolute("B", "ground.B", "wheel.B"),
-            md.Gear("teeth", "crank.A", "wheel.B", ratio=-2.0, backlash=1e-4),
-        ],
-        sketch={"crank": 0.5, "wheel": -0.25},
-    )
+    mechanism = two_wheels()
     band = played(mechanism).bodies["wheel"].angle_band
     np.testing.assert_allclose(band, 0.5e-4 / 0.04, rtol=1e-6)
     turned = mechanism.joints["teeth"]

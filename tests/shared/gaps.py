@@ -256,3 +256,17 @@ def drawn_mechanism(rng: np.random.Generator, dyads: int) -> md.Mechanism:
 def _unit(turn: np.random.Generator | float) -> Array:
     angle = turn if isinstance(turn, float) else turn.uniform(0, 2 * np.pi)
     return np.array([np.cos(angle), np.sin(angle)])
+
+
+def two_wheels() -> md.Mechanism:
+    """A pair of wheels whose pitch circles are of 20 and 40 mm, with backlash of 0.1 mm."""
+    return md.Mechanism(
+        ground=md.Ground({"A": (0, 0), "B": (0.06, 0)}),
+        bodies=[md.Body("crank", {"A": (0, 0)}), md.Body("wheel", {"B": (0, 0)})],
+        joints=[
+            md.Revolute("A", "ground.A", "crank.A"),
+            md.Revolute("B", "ground.B", "wheel.B"),
+            md.Gear("teeth", "crank.A", "wheel.B", ratio=-2.0, backlash=1e-4),
+        ],
+        sketch={"crank": 0.5, "wheel": -0.25},
+    )

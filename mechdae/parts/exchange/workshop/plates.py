@@ -96,7 +96,6 @@ class KitPin:
 
     name: str
     plates: tuple[str, str]
-    slides: bool = False
 
 
 @dataclass(frozen=True)
@@ -234,7 +233,7 @@ def _guide(
     sizes: PartSizes,
 ) -> None:
     """Add a slot in the first link and the pins of the second one that slide in it."""
-    result, values = motion.result, motion.mechanism.values()
+    values = motion.mechanism.values()
     first, second = plates[joint.first_body], plates[joint.second_body]
     angle = values[f"{name}.axis"]
     along = np.array([np.cos(angle), np.sin(angle)])
@@ -251,7 +250,7 @@ def _guide(
     turned = angle + float((turns[0] - turns[1])[motion.rows[0]])
     for k, side in enumerate((-1, 1) if joint.keeps_angle else (0,)):
         pin = f"{name}.{k + 1}" if joint.keeps_angle else name
-        pins[pin] = KitPin(pin, (first.name, second.name), slides=True)
+        pins[pin] = KitPin(pin, (first.name, second.name))
         here = middle + side * half * np.array([np.cos(turned), np.sin(turned)])
         second.holes[pin] = here
         second.add(here)
@@ -259,7 +258,6 @@ def _guide(
     ends = np.array([line + (f(slide) + s * rest) * along for f, s in ((min, -1), (max, 1))])
     first.slots[name] = ends
     first.add(*ends)
-    assert result is not None
 
 
 def _angle(motion: ExportedMotion, body: str) -> Floats:
