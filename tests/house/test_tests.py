@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import re
 import tomllib
 from pathlib import Path
 
@@ -89,3 +90,27 @@ def test_slow_files_are_there() -> None:
         assert len(why) > 10
         for name in names.split():
             assert name == "*" or (TESTS / folder / f"test_{name}.py").exists(), (folder, name)
+
+
+def top_level(path: Path) -> set[str]:
+    """Return the packages that a module imports as soon as it is imported."""
+    found = set()
+    for node in ast.parse(path.read_text(encoding="utf-8")).body:
+        if isinstance(node, ast.Import):
+            found |= {alias.name.split(".")[0] for alias in node.names}
+        elif isinstance(node, ast.ImportFrom) and node.module:
+            found.add(node.module.split(".")[0])
+    return found
+
+
+def test_what_only_some_install_is_imported_where_it_is_used() -> None:
+    """The README's second command installs ``dev`` alone: all tests have to be collected."""
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    needed = {
+        extra: {re.split(r"[><=\[]", entry)[0].strip() for entry in entries}
+        for extra, entries in project["optional-dependencies"].items()
+    }
+    rare = set().union(*needed.values()) - needed["dev"]
+    assert {"playwright", "mujoco", "scipy"} <= rare
+    for path in TESTS.rglob("*.py"):
+        assert not top_level(path) & rare, path

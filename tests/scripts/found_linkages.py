@@ -21,7 +21,6 @@ from pathlib import Path
 import numpy as np
 from matplotlib.font_manager import FontProperties
 from matplotlib.textpath import TextPath
-from playwright.sync_api import sync_playwright
 
 import mechdae as md
 from benchmarks.compositions import CURVES
@@ -124,6 +123,8 @@ def single(finding, curve, folder):
 
 def measured(folder):
     """Return all figures."""
+    from playwright.sync_api import sync_playwright
+
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=CHROMIUM, args=ARGUMENTS)
         finding = Finding(browser, folder)

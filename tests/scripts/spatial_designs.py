@@ -13,7 +13,6 @@ import json
 import time
 
 import numpy as np
-from scipy.optimize import least_squares, minimize
 
 import mechdae as md
 from tests.reference.spatial_designs import crank, rocker, slider
@@ -51,6 +50,8 @@ def turns(place, x, mode):
 
 def path(name, starts, rng):
     """Return the least sum of squares that SciPy finds for a path, and its design."""
+    from scipy.optimize import least_squares
+
     task = md.load(name).tasks["design"]
     place = PATHS[name]
     low, high = np.array(list(task.free.values()), float).T
@@ -78,6 +79,8 @@ def path(name, starts, rng):
 
 def function(starts, rng):
     """Return the smallest largest error [rad] that SciPy finds for `rssr-function`."""
+    from scipy.optimize import least_squares
+
     task = md.load("rssr-function").tasks["design"]
     low, high = np.array(list(task.free.values()), float).T
     low, high = low[:5], high[:5]
@@ -114,6 +117,8 @@ def function(starts, rng):
 
 def minimax(rest, x, low, high):
     """Return the least largest error near a design: min t, -t <= e <= t."""
+    from scipy.optimize import minimize
+
     unit = float(np.abs(rest(x)).max())
     if not 1e-9 < unit < 1e-2:
         return unit, x
