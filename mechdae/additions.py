@@ -67,9 +67,9 @@ class Added:
     __slots__ = ("about", "after", "home")
 
     def __init__(self, home: str, after: str = "", about: str = "") -> None:
-        self.home = home
-        self.after = after
-        self.about = about
+        self.home: str = home
+        self.after: str = after
+        self.about: str = about
 
     def load(self) -> Any:
         """Return what is added."""
@@ -111,13 +111,13 @@ class TaskKind(Added):
         log: str = "",
     ) -> None:
         super().__init__(home, after, about)
-        self.run = run
-        self.show = show
-        self.trial = trial
-        self.text = text
-        self.spread = spread
-        self.design = design
-        self.log = log
+        self.run: str = run
+        self.show: str = show
+        self.trial: str = trial
+        self.text: str = text
+        self.spread: bool = spread
+        self.design: str = design
+        self.log: str = log
 
 
 def added_of(home: str, places: Mapping[str, str]) -> dict[str, Added]:

@@ -92,11 +92,11 @@ class Sheet:
             points = np.array([extent.width, extent.height]) * 72.0 / figure.dpi
             above = (figure.bbox.height - extent.y1) * 72.0 / figure.dpi
         self.drawn: list[Primitive] = []
-        self.anchor = PAPER
+        self.anchor: Anchor = PAPER
         share = points / style.AREA / larger
-        self.k = float(np.clip(share.min(), style.SMALLEST, LARGEST))
+        self.k: float = float(np.clip(share.min(), style.SMALLEST, LARGEST))
         self.size: Array = points / self.k
-        self.above = float(above) / self.k
+        self.above: float = float(above) / self.k
         self.segments: list[tuple[float, float, float, float, float]] = []
         self.boxes: list[tuple[float, float, float, float, float]] = []
         self._arrays: tuple[Array, Array] = np.zeros((0, 5)), np.zeros((0, 5))
@@ -104,7 +104,7 @@ class Sheet:
         around = np.reshape(margins, (2, 2))
         room = np.maximum(self.size - around.sum(axis=1) - (0.0, style.STRIP), 40.0)
         spans = (high - low) / room
-        self.metre = 1.0 / float(spans.max()) if spans.max() > 0 else 1.0
+        self.metre: float = 1.0 / float(spans.max()) if spans.max() > 0 else 1.0
         if scale is not None:
             wanted = scale(self.scale) if callable(scale) else scale
             self.metre = MILLIMETRE / (wanted * self.k)

@@ -25,6 +25,7 @@ from mechdae.numerics.roots import halved
 from mechdae.types import Floats, Graph, Integers, Matrices, Unknowns
 
 if TYPE_CHECKING:
+    from mechdae.equations.forces.feedback import Slip
     from mechdae.forces.one_sided.motion import HoldingContacts
     from mechdae.kernels.graphs.equations_of_motion import Kernel
 
@@ -45,7 +46,7 @@ class Creep:
 
     def __init__(self, setup: MotionProblem) -> None:
         self.setup, self.kernel = setup, setup.kernel
-        self.slips = setup.released.rubbing.slips
+        self.slips: list[Slip] = setup.released.rubbing.slips
         self.found: dict[str, dict[str, Any]] = {}
         k = self.kernel
         self._values = k.batch("sticking", lambda: k.sticking, ())

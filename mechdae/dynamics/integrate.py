@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
 from functools import cached_property
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import casadi as ca
 import numpy as np
@@ -16,6 +16,9 @@ from mechdae.numerics.roots import root_between
 from mechdae.records import dataclass
 from mechdae.results import Event
 from mechdae.types import Floats, Matrix, Unknowns
+
+if TYPE_CHECKING:
+    from mechdae.kernels.graphs.stepper import Layout
 
 LEAST = 1e-13
 """Step, as a share of the whole time, below which the integration gives up."""
@@ -84,7 +87,7 @@ class Integrator(ABC):
 
     def __init__(self, setup: MotionProblem) -> None:
         self.setup, self.kernel, self.stepper = setup, setup.kernel, setup.stepper
-        self.layout = self.stepper.layout
+        self.layout: Layout = self.stepper.layout
         self.accepted = self.rejected = self.rhs = 0
 
     def turn_stiff(self) -> bool:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import casadi as ca
 import numpy as np
@@ -17,6 +17,9 @@ from mechdae.kernels.graphs.recovery import recovered
 from mechdae.kernels.run.functions import Batch
 from mechdae.records import dataclass
 from mechdae.types import Floats, Graph, Integers, Matrix, Reactions, Sym, Unknowns
+
+if TYPE_CHECKING:
+    from mechdae.equations.model import Model
 
 SX = ca.SX
 
@@ -48,7 +51,7 @@ class Observer:
 
     def __init__(self, setup: MotionProblem) -> None:
         self.setup, self.r, self.kernel = setup, setup.loaded, setup.force_kernel
-        self.model = setup.model
+        self.model: Model = setup.model
         self.cache, self.p = self.kernel.cache, self.model.p_values
 
     def many(self, name: str, made: Callable[[], tuple[list[Any], list[Any]]]) -> Any:

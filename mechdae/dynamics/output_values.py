@@ -62,8 +62,10 @@ class WithForces:
 
     def __init__(self, model: Model, loads: Loads, names: Iterable[str]) -> None:
         mechanism = model.mechanism
-        self.names = list(names)
-        self.forces = sorted({force for name in names for force in forces_of(mechanism, name)})
+        self.names: list[str] = list(names)
+        self.forces: list[str] = sorted(
+            {force for name in names for force in forces_of(mechanism, name)}
+        )
         symbols, known, rows = SX.sym("forces", len(self.forces)), dict[str, Sym](), []
         for k, force in enumerate(self.forces):
             word, owner, _ = force_of(mechanism, force) or ("", "", "")
@@ -118,10 +120,12 @@ class Reported:
         self.setup, self.moves, self._key = setup, moves, (asked, moves)
         mechanism = setup.problem.mechanism
         chosen = selection(mechanism, asked, forces=True)
-        self.chosen = setup.model.reported(chosen, asked is not None)
+        self.chosen: Selection = setup.model.reported(chosen, asked is not None)
         named = self.chosen.named
         driven = {row.owner for row in setup.released.rows if row.driver and row.part == "law"}
-        self.forced = [name for name in named if moves and _given(mechanism, name, driven)]
+        self.forced: list[str] = [
+            name for name in named if moves and _given(mechanism, name, driven)
+        ]
         plain = [name for name in named if name not in self.forced]
         whole: Any = Whole(setup.model, self.chosen)
 

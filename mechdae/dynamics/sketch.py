@@ -122,7 +122,7 @@ class AssembledSketch:
     def __init__(self, closing: JointClosing) -> None:
         self.closing, self.setup, self.r = closing, closing.setup, closing.r
         drawn = closing.drawn.coordinates(self.setup.problem.mechanism)
-        self.known = drawn | closing.places
+        self.known: dict[NamedCoordinate, float] = drawn | closing.places
 
     def pose(self, rough: Floats) -> Any:
         """Return the free coordinates of the assembled sketch, None where no sweep assembles it."""

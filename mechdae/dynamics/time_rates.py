@@ -10,7 +10,7 @@ breakpoints, at which steps end and begin.
 from __future__ import annotations
 
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import casadi as ca
 import numpy as np
@@ -20,6 +20,9 @@ from mechdae.kernels.bounds.time_rates import ORDER, Tempo, signals
 from mechdae.numerics.roots import halved
 from mechdae.records import dataclass
 from mechdae.types import Floats, Sym, Unknowns
+
+if TYPE_CHECKING:
+    from mechdae.equations.forces.time_tables import Timed
 
 SX = ca.SX
 SMOOTH = 1e-6
@@ -71,7 +74,7 @@ class Clock:
         self, setup: MotionProblem, x: Unknowns, v: Floats, more: list[Sym] | None = None
     ) -> None:
         self.setup, self.end = setup, setup.end
-        self.tables = setup.loads.timed
+        self.tables: list[Timed] = setup.loads.timed
         self._tempo, self._gaps = self._expressions(x, v, more or [])
         self._stretches: list[StepLimit] = []
         self._until = 0.0

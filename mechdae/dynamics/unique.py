@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from copy import copy
 from dataclasses import field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -31,6 +31,9 @@ from mechdae.numerics.null_space import ZERO, equilibrated_null_space
 from mechdae.records import dataclass
 from mechdae.results import LazyPart, Series, Summary
 from mechdae.types import Booleans, Floats, Integers, Matrix, Reactions, Unknowns
+
+if TYPE_CHECKING:
+    from mechdae.dynamics.equations import MotionProblem
 
 
 @dataclass
@@ -185,8 +188,8 @@ class Determined:
     """
 
     def __init__(self, observer: Observer, states: States, q: Floats) -> None:
-        self.setup = observer.setup
-        self.joints = list(self.setup.model.mechanism.joints)
+        self.setup: MotionProblem = observer.setup
+        self.joints: list[str] = list(self.setup.model.mechanism.joints)
         self._later = LazyPart(lambda: self._found(observer, states, q))
 
     @staticmethod

@@ -38,7 +38,7 @@ class Ends:
         self.joint, self._frame, self._number = joint, frame, number
         self.first, self.second = frame(joint.first_body), frame(joint.second_body)
         self.p1, self.p2 = point(joint.first), point(joint.second)
-        self.gap = self.p2 - self.p1
+        self.gap: Sym = self.p2 - self.p1
 
     def number(self, entry: str) -> Sym:
         """Return the symbol of one of the joint's numbers."""

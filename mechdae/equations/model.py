@@ -129,18 +129,20 @@ class Model:
         self._frames = {name: frames(name) for name in mechanism.bodies}
         self._frames[GROUND] = fixed_frame(mechanism.dimension)
         self.space = PLANE
-        self.contacts = self._contacts()
+        self.contacts: dict[str, Contact] = self._contacts()
         parts = [self._frames[name].coordinates for name in mechanism.bodies]
         parts += [contact.coordinates for contact in self.contacts.values()]
-        self.coordinates = Coordinates(itertools.chain(*parts))
-        self.q_names = self.coordinates.keys
+        self.coordinates: Coordinates = Coordinates(itertools.chain(*parts))
+        self.q_names: list[tuple[str, str]] = self.coordinates.keys
         self.q = ca.vertcat(*[c.symbol for c in self.coordinates])
         self._of_symbol = {c.symbol.element_hash(): c for c in self.coordinates}
-        self.ends = {
+        self.ends: dict[str, Ends] = {
             name: Ends(joint, self.frame, self.point, self.numbers, self.contacts.get(name))
             for name, joint in mechanism.joints.items()
         }
-        self.rows = [Row(name, *row) for name, ends in self.ends.items() for row in rows_of(ends)]
+        self.rows: list[Row] = [
+            Row(name, *row) for name, ends in self.ends.items() for row in rows_of(ends)
+        ]
 
     def _contacts(self) -> dict[str, Contact]:
         """Return the curve joints in symbols, by name."""
@@ -164,9 +166,9 @@ class Model:
                 self.numbers[name] = SX(number)
             else:
                 self.numbers[name] = symbols[name] = SX.sym(name)
-        self.p_names = list(symbols)
-        self.p = ca.vertcat(*symbols.values()) if symbols else SX(0, 1)
-        self.p_values = self._values_of(mechanism)
+        self.p_names: list[str] = list(symbols)
+        self.p: Sym = ca.vertcat(*symbols.values()) if symbols else SX(0, 1)
+        self.p_values: Floats = self._values_of(mechanism)
 
     def _is_constant(self, name: str) -> bool:
         """Return whether a number is no parameter unless the caller frees it."""

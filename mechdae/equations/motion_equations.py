@@ -92,11 +92,11 @@ class Released:
         held: Sequence[tuple[str, str]] = (),
         rubbing: Rubbing | None = None,
     ) -> None:
-        self.rubbing = rubbing or Rubbing(model, loads, friction=False)
+        self.rubbing: Rubbing = rubbing or Rubbing(model, loads, friction=False)
         self.model, self.loads, self.laws = model, loads, list(laws)
         self.t, self.cache = loads.time, StructureCache()
-        self.values = SX.sym("held", len(held))
-        self.rows = list(model.rows)
+        self.values: Sym = SX.sym("held", len(held))
+        self.rows: list[Row] = list(model.rows)
         for law in laws:
             c = law.coordinate
             residual = model.coordinate(c) - law.value
@@ -116,22 +116,22 @@ class Released:
         symbols = model.q.elements()
         solved, rest, left = eliminate(equations, symbols, nonzero)
         rest, without = with_unknowns(rest, left)
-        self.left = [int(tag) for _, _, tag in rest]
-        self.empty = [int(tag) for _, _, tag in without]
+        self.left: list[int] = [int(tag) for _, _, tag in rest]
+        self.empty: list[int] = [int(tag) for _, _, tag in without]
         left_over = {*self.left, *self.empty}
-        self.gone = [i for i in range(len(self.rows)) if i not in left_over]
-        self.x = ca.vertcat(*left) if left else SX(0, 1)
-        self.v = SX.sym("rate", len(left))
+        self.gone: list[int] = [i for i in range(len(self.rows)) if i not in left_over]
+        self.x: Sym = ca.vertcat(*left) if left else SX(0, 1)
+        self.v: Sym = SX.sym("rate", len(left))
         self.coordinates = model.coordinates_among(left)
         places = {symbol.element_hash(): j for j, symbol in enumerate(symbols)}
-        self.free = [places[symbol.element_hash()] for symbol in left]
-        self.solved = [places[symbol.element_hash()] for symbol, _, _ in solved]
+        self.free: list[int] = [places[symbol.element_hash()] for symbol in left]
+        self.solved: list[int] = [places[symbol.element_hash()] for symbol, _, _ in solved]
         expressions = dict(zip(self.free, left, strict=True))
         expressions |= {j: equation[1] for j, equation in zip(self.solved, solved, strict=True)}
         self.q = ca.vertcat(*[expressions[j] for j in range(len(symbols))])
-        self.phi = _column([expression for expression, _, _ in rest])
-        self.residue = _column([expression for expression, _, _ in without])
-        self.units = [self.rows[i].unit for i in self.left]
+        self.phi: Sym = _column([expression for expression, _, _ in rest])
+        self.residue: Sym = _column([expression for expression, _, _ in without])
+        self.units: list[str] = [self.rows[i].unit for i in self.left]
 
     def tells(self, row: Row) -> bool:
         """Return whether the multiplier of an equation is a force or a moment that holds."""

@@ -51,10 +51,12 @@ class structure_property(Generic[T]):  # noqa: N801  (used like `property`)
     """
 
     def __init__(self, make: Callable[[Any], T]) -> None:
-        self.make, self.__doc__ = make, make.__doc__
+        self.make: Callable[[Any], T] = make
+        self.__doc__ = make.__doc__
 
     def __set_name__(self, owner: type, name: str) -> None:
-        self.key, self.name = (owner.__qualname__, name), name
+        self.key: tuple[str, str] = (owner.__qualname__, name)
+        self.name: str = name
 
     @overload
     def __get__(self, instance: None, owner: type) -> Self: ...

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from dataclasses import field, fields
 from functools import cached_property
 from typing import Any
@@ -186,7 +186,7 @@ class InverseDynamics:
             real += case.real_along(scene, lambda: absolute(scene, motion), self.length)
         friction, turned = task.friction != "none", task.direction == "load"
         slow = task.quasi_static
-        self.key = (
+        self.key: tuple[Hashable, ...] = (
             "forces", real, task.friction_radius, friction, turned, slow, timed_numbers(model)
         )  # fmt: skip
 
@@ -199,10 +199,10 @@ class InverseDynamics:
         self._kernels: Kernels = scene.cache(self.key, build)
         self.loads, self.laws = self._kernels.loads, self._kernels.laws
         self.meshes, self.balance = self._kernels.meshes, self._kernels.balance
-        self.assumptions = [*self.laws.assumptions]
+        self.assumptions: list[str] = [*self.laws.assumptions]
         for case in cases:
             self.assumptions += case.about_meshes(self.meshes, model.mechanism)
-        self.tables = [np.array(signal.load.points) for signal in self.loads.signals]
+        self.tables: list[Floats] = [np.array(signal.load.points) for signal in self.loads.signals]
 
     @property
     def coupled(self) -> bool:

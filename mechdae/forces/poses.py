@@ -69,8 +69,8 @@ class Moving:
         self.setting, self.run, self.slow = setting, run, slow
         self._columns = unknown_columns(setting)
         plan = setting.plan
-        self.by_value = plan.by_value
-        self.speed = float(plan.speed[0, plan.lead]) if plan.by_value else 1.0
+        self.by_value: bool = plan.by_value
+        self.speed: float = float(plan.speed[0, plan.lead]) if plan.by_value else 1.0
         """The rate of the path's parameter in time."""
 
     def poses(self) -> LoadedPoses:

@@ -202,7 +202,7 @@ class ForceColumns:
         places: Sequence[int],
         forms: dict[str, tuple[str, Sym]] | None = None,
     ) -> None:
-        self.joints = list(joints)
+        self.joints: list[str] = list(joints)
         self._take(model)
         every = [ca.vertcat(*[wrench.get(j, ca.SX(0)) for j in places]) for _, wrench in columns]
         parts = {"columns": ca.horzcat(*every)}
@@ -224,7 +224,7 @@ class ForceColumns:
             form = ca.SX(combination.shape[0], len(columns))
             form[:, [k for k, (of, _) in enumerate(columns) if of == name]] = combination
             parts[key] = form
-        self.cache = StructureCache()
+        self.cache: StructureCache = StructureCache()
         self._parts, self._inputs = parts, [model.q[list(places)], model.p]
 
     def of(self, model: Model) -> ForceColumns:

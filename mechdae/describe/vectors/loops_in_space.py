@@ -59,10 +59,12 @@ class SpatialLoops:
 
     def __post_init__(self) -> None:
         joints = self.base.mechanism.joints.values()
-        self.words = repr((self.base.mechanism.loads, self.base.mechanism.outputs, self.base.tasks))
+        self.words: str = repr(
+            (self.base.mechanism.loads, self.base.mechanism.outputs, self.base.tasks)
+        )
         self._unknown()
         ends = dict.fromkeys(text for pair in self.ends.values() for text in pair)
-        self.places = Merged([*(t for j in joints for t in (j.first, j.second)), *ends])
+        self.places: Merged = Merged([*(t for j in joints for t in (j.first, j.second)), *ends])
         for joint in joints:
             if joint.coincide:
                 self.places.merge(joint.first, joint.second)

@@ -166,7 +166,7 @@ class Written:
 
     def __post_init__(self) -> None:
         mechanism = self.base.mechanism
-        self.values = mechanism.values()
+        self.values: Table[float] = mechanism.values()
         joints = {name: joint for name, joint in mechanism.joints.items() if _in_loops(joint)}
         pairs = {name: (joint.first_body, joint.second_body) for name, joint in joints.items()}
         cycles = shortest_cycles(pairs, GROUND)
@@ -175,8 +175,10 @@ class Written:
                 "it has no loop: an open chain is no closed vector loop", where="joints"
             )
         inside = {name for cycle in cycles for name, _ in cycle}
-        self.joints = {name: joint for name, joint in joints.items() if name in inside}
-        self.directions = self._directions()
+        self.joints: dict[str, Joint] = {
+            name: joint for name, joint in joints.items() if name in inside
+        }
+        self.directions: dict[str, _Direction] = self._directions()
         self._name_nodes()
         for body in self.directions:
             self._segments(body)
@@ -189,7 +191,7 @@ class Written:
         found = joined(shortest_cycles(edges, start), edges)
         for k, cycle in enumerate(found, start=1):
             self.loops[f"loop_{k}"] = [name if way else f"-{name}" for name, way in cycle]
-        self.merged = meeting(self.vectors, self.loops)
+        self.merged: Merged = meeting(self.vectors, self.loops)
 
     @property
     def problem(self) -> Problem:

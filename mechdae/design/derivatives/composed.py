@@ -68,16 +68,16 @@ class Composed:
         g = self.graphs = setting.graphs
         self.guess, self.u = SX.sym("guess", g.nx), SX.sym("u", g.nu)
         self.du, self.ddu = SX.sym("du", g.nu), SX.sym("ddu", g.nu)
-        self.free = SX.sym("free", len(names))
-        self.time = SX.sym("t")
+        self.free: Sym = SX.sym("free", len(names))
+        self.time: Sym = SX.sym("t")
         model = setting.scene.model
         given = [SX.sym("p", model.p.numel())] if numbers else []
         self.p = parameters_of(model, names, self.free, *given)
         count = len(statics.balance.feedbacks) if statics else 0
-        self.pieces = SX.sym("pieces", statics.balance.pieces.numel() if statics else 0)
-        self.signs = SX.sym("signs", statics.balance.signs.numel() if statics else 0)
-        self.sizes = SX.sym("m", count)
-        self.inputs = [
+        self.pieces: Sym = SX.sym("pieces", statics.balance.pieces.numel() if statics else 0)
+        self.signs: Sym = SX.sym("signs", statics.balance.signs.numel() if statics else 0)
+        self.sizes: Sym = SX.sym("m", count)
+        self.inputs: list[Sym] = [
             self.guess, self.u, self.du, self.ddu, self.time, self.pieces, self.signs,
             self.sizes, self.free, *given,
         ]  # fmt: skip
@@ -89,7 +89,7 @@ class Composed:
         for part in parts:
             self.spans.append(slice(start, start + part.numel()))
             start += part.numel()
-        self.expression = ca.densify(ca.vertcat(*parts)) if parts else SX(0, 1)
+        self.expression: Sym = ca.densify(ca.vertcat(*parts)) if parts else SX(0, 1)
 
     # -- kinematics ------------------------------------------------------------------------
 

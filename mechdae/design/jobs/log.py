@@ -25,8 +25,8 @@ class JobLog:
 
     def __init__(self, path: str | Path, head: Mapping[str, object]) -> None:
         self._head = dict(head)
-        self.path = Path(path)
-        self.folder = self.path.parent
+        self.path: Path = Path(path)
+        self.folder: Path = self.path.parent
         self.entries: list[dict[str, object]] = []
         self._begun = False
         if self.folder.exists() and not self.folder.is_dir():

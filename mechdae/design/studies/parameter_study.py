@@ -61,7 +61,7 @@ class StudyFolder(JobLog):
             "problem": _text(computer),
         }  # fmt: skip
         self.count, self.size = len(sets), size
-        self.rows = Path(folder) / f"{name}.rows"
+        self.rows: Path = Path(folder) / f"{name}.rows"
         super().__init__(Path(folder) / f"{name}.sets.jsonl", head)
         self.rows.mkdir(exist_ok=True)
         self.finished: dict[int, dict[str, Any]] = {}
@@ -161,7 +161,7 @@ class Collector:
 
     def __init__(self, computer: Computer, sets: Floats, progress: Progress | None) -> None:
         self.computer, self.sets, self.progress = computer, sets, progress
-        self.status = [str(Status.UNASSEMBLED)] * len(sets)
+        self.status: list[str] = [str(Status.UNASSEMBLED)] * len(sets)
         self.table: list[Any] = [None] * len(computer.outputs)
         self.together = self.done = 0
         self.faults: dict[int, str] = {}
@@ -169,7 +169,7 @@ class Collector:
         self.errors: dict[str, float] = {}
         self.folder: StudyFolder | None = None
         shared = min(computer.portion, LARGEST, max(LEAST, -(-len(sets) // SHARES)))
-        self.size = shared if computer.batch is not None else max(1, min(shared // 8, 32))
+        self.size: int = shared if computer.batch is not None else max(1, min(shared // 8, 32))
 
     def run(
         self, workers: int, executor: Executor | None = None, out: Any = None, name: str = ""

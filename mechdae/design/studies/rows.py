@@ -142,7 +142,7 @@ class Computer:
             reason = "forces are not screened"
         if not certify and (self.certify or self.batch is None):
             self.note = f"the sets are not screened but computed with certificates: {reason}"
-        self.portion = self.batch.portion if self.batch is not None else MOST
+        self.portion: int = self.batch.portion if self.batch is not None else MOST
 
     def __call__(self, sets: Floats, done: Callable[[int], None] | None = None) -> PortionRows:
         """Return the rows of some sets (k, m); `done` is told how many more are there."""

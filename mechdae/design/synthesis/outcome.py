@@ -44,14 +44,16 @@ class TaskRun:
         box: list[tuple[float, float]],
     ) -> None:
         self.task, self.names, self.box = task, list(names), np.asarray(box, float)
-        self.problem = sharp(problem, task, tuple(paths))
-        self.rests = isinstance(self.problem.tasks[task], Equilibrium)
+        self.problem: Problem = sharp(problem, task, tuple(paths))
+        self.rests: bool = isinstance(self.problem.tasks[task], Equilibrium)
         self._values: dict[bytes, dict[str, float]] = {}
         self._slopes: dict[bytes, dict[str, Any]] = {}
         with within(f"goal.of: {task}"):
-            self.found = solve(self.problem, task)
-            self.whole = {p: p if is_figure(p) else self.found.whole_path(p) for p in paths}
-            self.here = {path: self.of(self.found, path) for path in paths}
+            self.found: Result = solve(self.problem, task)
+            self.whole: dict[str, str] = {
+                p: p if is_figure(p) else self.found.whole_path(p) for p in paths
+            }
+            self.here: dict[str, float] = {path: self.of(self.found, path) for path in paths}
 
     def of(self, found: Result, path: str) -> float:
         """Return a number of the solved task."""
@@ -119,7 +121,7 @@ class Outcome:
 
     def __init__(self, run: TaskRun, path: str) -> None:
         self.run, self.path, self.names = run, path, run.names
-        self.here = run.here[path]
+        self.here: float = run.here[path]
 
     def value(self, d: Floats) -> float:
         """Return the number with parameters (k,), nan where the task cannot be solved."""

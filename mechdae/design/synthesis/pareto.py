@@ -81,11 +81,11 @@ class FrontSearch:
 
     def __init__(self, search: Search, problems: Sequence[Nlp], run: Run) -> None:
         self.search, self.problems, self._run = search, problems, run
-        self.count = search.asked.objectives
+        self.count: int = search.asked.objectives
         self.points: list[Point] = []
         self.runs: list[dict[str, Any]] = []
         self.terms: list[Any] = []
-        self.further = 0
+        self.further: int = 0
         self.optima: list[Optimum] = []
         self.jobs: list[tuple[int, Seed]] = []
 

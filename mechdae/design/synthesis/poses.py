@@ -51,20 +51,20 @@ class FreePoses:
     ) -> None:
         self.mechanism, self.free = mechanism, list(free)
         c = coordinate(mechanism, driver)
-        self.model = model_of(mechanism, (c,), [*free, *tolerated])
+        self.model: Model = model_of(mechanism, (c,), [*free, *tolerated])
         self.scene: Scene = scene(self.model, (c,), tuple(bodies))
         for group in self.scene.redundant:
             raise UnavailableError(
                 f"group {group.name} has redundant constraints, its dimensions cannot be searched"
             )
-        self.graphs = Graphs(self.scene, SX(0, 1), 0)
-        self.nx = self.graphs.nx
+        self.graphs: Graphs = Graphs(self.scene, SX(0, 1), 0)
+        self.nx: int = self.graphs.nx
         g = self.graphs
         values = SX.sym("free", len(self.free))
         p = parameters_of(self.model, self.free, values)
         within: Any = dyads if mechanism.dimension == 2 else driven_by_bars
         self.dyads: list[Dyad] = within(self.scene)
-        self.asked = {name: SX(e) for name, e in asks(self.model).items()}
+        self.asked: dict[str, Sym] = {name: SX(e) for name, e in asks(self.model).items()}
         self.asked |= {SINE + d.joint: d.sine for d in self.dyads if self.branch_of(d) is None}
         residuals, signs = [], []
         for k, graph in enumerate(g.blocks):
@@ -80,7 +80,7 @@ class FreePoses:
                 size *= column
             det = inverse(J)[1] if graph.size <= 4 else ca.det(J)
             signs.append(det / size)
-        self.senses = slice(len(signs), None)
+        self.senses: slice = slice(len(signs), None)
         """Places among the branches of what is positive at every pose: senses of axes."""
         signs += [self._over_graphs(value) for value in self._senses()]
         names, parts = list(self.asked), list(self.asked.values())
@@ -90,11 +90,11 @@ class FreePoses:
             self._spans[name] = slice(start, start + part.numel())
             start += part.numel()
         columns = [ca.vertcat(*residuals), ca.vertcat(*signs), asked]
-        self.inside = ca.Function("inside", [g.x, g.u, g.p], columns)
+        self.inside: Graph = ca.Function("inside", [g.x, g.u, g.p], columns)
         """(x, u, p) -> closure, branches and asked values."""
         results = list(self.inside(g.x, g.u, p))
-        self.function = without_repeats("pose", [g.x, g.u, values], results)
-        self.nb = len(signs)
+        self.function: Graph = without_repeats("pose", [g.x, g.u, values], results)
+        self.nb: int = len(signs)
 
     def _senses(self) -> list[Any]:
         """Return what is positive at a pose in space: cut joints hold with half turns too."""

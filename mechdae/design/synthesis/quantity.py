@@ -50,8 +50,8 @@ class Quantity:
                 f"task '{asked.task}' is driven by {', '.join(drivers)}, not by {driver}",
                 where=place,
             )
-        self.forces = isinstance(base, Reactions)
-        self.transmission = asked.path.endswith(f"/{TRANSMISSION}")
+        self.forces: bool = isinstance(base, Reactions)
+        self.transmission: bool = asked.path.endswith(f"/{TRANSMISSION}")
         if asked.path in MEANS and not (isinstance(base, Reactions) and base.cycle):
             raise InputError(
                 f"'{asked.path}' belongs to reactions over a cycle",
@@ -88,7 +88,7 @@ class Quantity:
                 raise UnavailableError("loads from tables cannot be optimised yet", where=place)
         else:
             self.setting = prepare(problem, wanted, free=free)
-        self.turns = self._closed()
+        self.turns: bool = self._closed()
 
     def _closed(self) -> bool:
         """Whether the task runs over whole turns."""

@@ -46,6 +46,8 @@ from mechdae.types import Floats, Json, Sym
 if TYPE_CHECKING:
     from numpy.random import Generator
 
+    from mechdae.design.synthesis.robust.deviations import Deviations
+
 
 PICK, MOST = "pick", "most"
 """Parameters of the NLP of a front: share of each objective, the most that it may be."""
@@ -91,15 +93,15 @@ class Search:
         self.assumed: dict[str, None] = {}
         self._runs: dict[str, TaskRun] = {}
         self._outcomes: list[Outcome] = []
-        self.goals = [
+        self.goals: list[Goal] = [
             self._goal(goal, f"goal{k}", names) for k, (goal, _) in enumerate(self.asked.goals)
         ]
-        self.weights = [weight for _, weight in self.asked.goals]
-        self.limits = [
+        self.weights: list[float] = [weight for _, weight in self.asked.goals]
+        self.limits: list[Goal] = [
             self._extreme(limit.quantity, f"limit{k}", names, limit.bounds)
             for k, limit in enumerate(self.asked.of(LimitConstraint))
         ]
-        self.size = self._size()
+        self.size: float = self._size()
         every = [*self.goals, *self.limits]
         bodies = dict.fromkeys(body for goal in every for body in goal.bodies())
         boxed = dict.fromkeys(point for box in self.asked.of(Box) for point in box.points)
@@ -126,15 +128,15 @@ class Search:
         poses = FreePoses(
             problem.mechanism, self.asked.driver, names, outputs, asks, self.asked.tolerances
         )
-        self.space = DesignSpace(poses, self.asked, self.size, bool(self._runs))
-        self.spread = Spread(self.space)
+        self.space: DesignSpace = DesignSpace(poses, self.asked, self.size, bool(self._runs))
+        self.spread: Spread = Spread(self.space)
         for goal in every:
             goal.space, goal.spread = self.space, self.spread
-        self.robust = robust_goals(self.asked, poses, self.goals)
-        self.notes = [] if self.robust is None else nominal_notes(self.goals)
+        self.robust: Deviations | None = robust_goals(self.asked, poses, self.goals)
+        self.notes: list[str] = [] if self.robust is None else nominal_notes(self.goals)
         # a goal with targets of its own leads: starts are drawn for it, the others follow
-        self.lead = min(self.goals, key=lambda goal: isinstance(goal, ExtremeGoal | Dynamic))
-        self.kinds = self.space.kinds
+        self.lead: Goal = min(self.goals, key=lambda goal: isinstance(goal, ExtremeGoal | Dynamic))
+        self.kinds: tuple[str, ...] = self.space.kinds
         for limit in self.asked.of(TransmissionAngle):
             self.space.dyad(limit.between, f"{limit.place}.between")
         self._check_effect()

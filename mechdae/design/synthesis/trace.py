@@ -52,7 +52,7 @@ class Trace:
         self.spread, self.d = spread, np.asarray(d, float)
         self.u, self.x = np.asarray(u, float)[order], np.asarray(x, float)[order]
         signs = spread.poses.function(self.x[0], self.u[0], self.d)[1]
-        self.sigma = np.sign(np.array(signs).ravel())
+        self.sigma: Floats = np.sign(np.array(signs).ravel())
 
     def poses(self, u: Floats) -> tuple[Matrix, Matrix, Matrix, Booleans]:
         """Return unknowns (m, nx), branches, asked values, and which poses (m,) are reached."""

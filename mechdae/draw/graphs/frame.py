@@ -88,7 +88,7 @@ class Panels:
             figure = given
             box = ax.get_window_extent()
             x0, y0, width, own = np.array(box.bounds) * 72.0 / figure.dpi
-            self.k = float(np.clip(width / (style.GRAPH - LEFT), style.SMALLEST, LARGEST))
+            self.k: float = float(np.clip(width / (style.GRAPH - LEFT), style.SMALLEST, LARGEST))
         else:
             width *= sheet.share
             self.k = min(max(sheet.share, style.SMALLEST), 1.0)
@@ -117,9 +117,9 @@ class Panels:
             lines = in_lines(title, 0.75 * style.TITLE * k, room, style.NOTE_FONT)
             width -= right
         self.figure: Figure = figure
-        self.box = (x0, y0, width, own)
+        self.box: tuple[float, float, float, float] = (x0, y0, width, own)
         self.points = Affine2D().scale(1 / 72) + figure.dpi_scale_trans
-        self.panels = self._panels(ax, count)
+        self.panels: list[Axes] = self._panels(ax, count)
         self._write(entries, lines, subtitle, start, room)
 
     def _panels(self, ax: Axes | None, count: int) -> list[Axes]:

@@ -11,6 +11,7 @@ from mechdae.draw.graphs.frame import Panels
 from mechdae.draw.graphs.series import Array
 from mechdae.draw.labels.layout import first_free
 from mechdae.draw.labels.obstacles import Obstacles
+from mechdae.types import Floats
 
 NEAR = 2.0
 """Distance of texts from what they keep off [pt]."""
@@ -27,9 +28,9 @@ class Places:
     def __init__(self, frame: Panels, panel: Axes) -> None:
         self.frame, self.panel = frame, panel
         extent = panel.get_window_extent()
-        self.corner = np.array([extent.x0, extent.y0])
-        self.inch = 72.0 / frame.figure.dpi
-        self.size = np.array([extent.width, extent.height]) * self.inch
+        self.corner: Floats = np.array([extent.x0, extent.y0])
+        self.inch: float = 72.0 / frame.figure.dpi
+        self.size: Floats = np.array([extent.width, extent.height]) * self.inch
         self.lines: Array = np.zeros((0, 5))
         self.boxes: list[tuple[float, float, float, float, float]] = []
 

@@ -73,7 +73,9 @@ class Arrangement:
     def __init__(self, labels: Sequence[Candidates]) -> None:
         self.labels, self.picks = list(labels), [-1] * len(labels)
         least = [round(float(own.fixed.min()), 6) for own in labels]
-        self.order = sorted(range(len(labels)), key=lambda i: (labels[i].rank, -least[i]))
+        self.order: list[int] = sorted(
+            range(len(labels)), key=lambda i: (labels[i].rank, -least[i])
+        )
         self.table, self.boxes = np.zeros((8, len(labels))), np.full((4, len(labels)), np.nan)
 
     def choose(self) -> None:

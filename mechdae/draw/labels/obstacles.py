@@ -9,6 +9,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from mechdae.types import Floats, Matrix
+
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
@@ -34,12 +36,12 @@ class Obstacles:
     """
 
     def __init__(self, segments: ArrayLike, boxes: ArrayLike, size: ArrayLike) -> None:
-        self.lines = np.asarray(segments, dtype=float).reshape(-1, 5)
-        self.areas = np.asarray(boxes, dtype=float).reshape(-1, 5)
+        self.lines: Matrix = np.asarray(segments, dtype=float).reshape(-1, 5)
+        self.areas: Matrix = np.asarray(boxes, dtype=float).reshape(-1, 5)
         ends = self.lines[:, 0:2], self.lines[:, 2:4]
         self.middle, self.way = ((ends[0] + ends[1]) / 2).T, ((ends[1] - ends[0]) / 2).T
         self.floor, self.ceiling = np.minimum(*ends).T, np.maximum(*ends).T
-        self.size = np.asarray(size, dtype=float)
+        self.size: Floats = np.asarray(size, dtype=float)
 
     def cost(self, middle: Array, half: Array, shy: NDArray[np.bool_]) -> Array:
         """Return what each box costs, (boxes,), around `middle` and with sides of twice `half`.

@@ -15,6 +15,7 @@ from mechdae.draw.labels.obstacles import Obstacles
 from mechdae.draw.primitives import Anchor, Array
 from mechdae.draw.sheet import Sheet
 from mechdae.records import dataclass
+from mechdae.types import Floats, Matrix
 
 POSES = 37
 """Poses in which places of labels are compared."""
@@ -39,10 +40,12 @@ class AnchorFrame:
 
     def __init__(self, sheet: Sheet, scene: Any, pose: int, anchor: Anchor) -> None:
         self.sheet, self.scene, self.pose, self.anchor = sheet, scene, pose, anchor
-        self.bases = np.array([self.base(point) for point in anchor.points] or np.zeros((1, 2)))
+        self.bases: Floats = np.array(
+            [self.base(point) for point in anchor.points] or np.zeros((1, 2))
+        )
         angle = self.angle(anchor.turn)
         c, s = np.cos(angle), np.sin(angle)
-        self.turn = np.array([[c, s], [-s, c]])
+        self.turn: Matrix = np.array([[c, s], [-s, c]])
 
     def base(self, point: str) -> Array:
         """Return a point on the sheet."""

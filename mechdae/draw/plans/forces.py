@@ -33,9 +33,9 @@ class BodyForces:
 
     def __init__(self, result: ReactionsResult, scene: DrawnScene, pose: int) -> None:
         self.result, self.scene, self.pose = result, scene, pose
-        self.rates = Rates(result, scene, pose)
-        self.slow = bool(getattr(result.definition, "quasi_static", False))
-        self.numbers = {**numbers_of(scene.mechanism), GROUND: 0}
+        self.rates: Rates = Rates(result, scene, pose)
+        self.slow: bool = bool(getattr(result.definition, "quasi_static", False))
+        self.numbers: dict[str, int] = {**numbers_of(scene.mechanism), GROUND: 0}
         self.loaded, self.turned = loaded_bodies(scene.mechanism)
 
     def reaction(self, joint: str, body: str) -> Array:

@@ -33,7 +33,7 @@ class Rates:
 
     def __init__(self, result: SweepResult, scene: DrawnScene, pose: int) -> None:
         self.result, self.scene, self.pose = result, scene, pose
-        self.spins = {GROUND: (0.0, 0.0)}
+        self.spins: dict[str, tuple[float, float]] = {GROUND: (0.0, 0.0)}
         for body, series in result.bodies.items():
             rates = [
                 float(series[name][pose]) if name in series else np.nan

@@ -140,16 +140,16 @@ class Relations:
     def __init__(self, result: SweepResult, scene: DrawnScene, pose: int, word: str) -> None:
         self.word, self.scene, self.pose = word, scene, pose
         self.symbol, self.unit, self.pole = SYMBOLS[word]
-        self.rates = Rates(result, scene, pose)
-        self.groups = groups_of(result, scene)
-        self.order = {GROUND: -1} | {
+        self.rates: Rates = Rates(result, scene, pose)
+        self.groups: list[tuple[str, tuple[str, ...]]] = groups_of(result, scene)
+        self.order: dict[str, int] = {GROUND: -1} | {
             body: k for k, (_, bodies) in enumerate(self.groups) for body in bodies
         }
-        self.numbers = {**numbers_of(scene.mechanism), GROUND: 0}
-        self.places = places_of(scene, pose)
-        self.letters = distinct_letters(scene, pose, self.places, self.numbers)
-        self.spots = list(self._spots())
-        self.size = max((float(np.hypot(*spot.value)) for spot in self.spots), default=0.0)
+        self.numbers: dict[str, int] = {**numbers_of(scene.mechanism), GROUND: 0}
+        self.places: list[Place] = places_of(scene, pose)
+        self.letters: dict[str, str] = distinct_letters(scene, pose, self.places, self.numbers)
+        self.spots: list[Spot] = list(self._spots())
+        self.size: float = max((float(np.hypot(*spot.value)) for spot in self.spots), default=0.0)
 
     def _spots(self) -> Iterator[Spot]:
         """Yield points of moving bodies in joints, under sliders, and free ones."""

@@ -79,8 +79,8 @@ class SpatialLoads:
             for load in self.scene.mechanism.loads.values()
             if acting(self.scene, load, pose.pose)
         ]
-        self.springs = [load for load in known if isinstance(load, Spring)]
-        self.others = [load for load in known if not isinstance(load, Spring)]
+        self.springs: list[Spring] = [load for load in known if isinstance(load, Spring)]
+        self.others: list[Load] = [load for load in known if not isinstance(load, Spring)]
 
     # -- arrows ----------------------------------------------------------------------------
 

@@ -64,12 +64,12 @@ class Rests:
 
     def __init__(self, balance: EquilibriumEquations, chart: Chart, x: Unknowns) -> None:
         self.balance, self.chart, self.x = balance, chart, x
-        self.sizes = balance.sizes
-        self.wheel = balance.setup.released.coordinates.periods / self.sizes
-        self.balls = balance.setup.released.coordinates.balls
+        self.sizes: Floats = balance.sizes
+        self.wheel: Floats = balance.setup.released.coordinates.periods / self.sizes
+        self.balls: list[list[int]] = balance.setup.released.coordinates.balls
         self.found: list[Rest] = []
         self.whole, self.crossed = True, False
-        self.steps = 0
+        self.steps: int = 0
         self._enter(x, on_mode=True, circuit=True, most=0)
         if len(chart.coordinates) == 1:
             self._followed(x, True)

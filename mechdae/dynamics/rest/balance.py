@@ -51,9 +51,9 @@ class EquilibriumEquations:
         self._applied = k.call("applied", lambda: k.function("applied", [ca.densify(r.acting)]))
         self._weights = r.acting_sizes(setup.length)
         self.sizes, self.gaps, self.n, self.m = k.sizes, k.gaps, k.n, k.m
-        self.signs = setup.loose
-        self.rank = max(RANK, CONTRADICTING * setup.closure)
-        self.still = np.zeros(self.n)
+        self.signs: Floats = setup.loose
+        self.rank: float = max(RANK, CONTRADICTING * setup.closure)
+        self.still: Floats = np.zeros(self.n)
 
     def at(self, x: Unknowns, lam: Floats) -> list[Floats]:
         """Return f, J, phi, stiffness, damping and mass with natural sizes as units."""

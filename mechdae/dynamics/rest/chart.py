@@ -35,12 +35,12 @@ class Chart:
 
     def __init__(self, setup: MotionProblem, x: Unknowns, basis: Matrix, names: list[str]) -> None:
         self.setup = setup
-        self.in_space = setup.problem.mechanism.dimension == 3
-        self.coordinates = self._chosen(x, basis, names)
-        self.names = [c.text for c in self.coordinates]
+        self.in_space: bool = setup.problem.mechanism.dimension == 3
+        self.coordinates: list[NamedCoordinate] = self._chosen(x, basis, names)
+        self.names: list[str] = [c.text for c in self.coordinates]
         r, model = setup.released, setup.model
         held = [law.coordinate for law in setup.laws]
-        self.drivers = [*held, *self.coordinates]
+        self.drivers: list[NamedCoordinate] = [*held, *self.coordinates]
         values = [model.coordinate(c) for c in self.drivers]
         k = setup.kernel
 
@@ -51,7 +51,7 @@ class Chart:
             return k.function("chart", [ca.densify(moved), ca.densify(slope)])
 
         self._place = k.call(f"chart {[c.text for c in self.drivers]}", build)
-        self.setting = self._setting()
+        self.setting: Setting | None = self._setting()
         self._rows: list[int] | None = None
 
     def _chosen(self, x: Unknowns, basis: Matrix, names: list[str]) -> list[NamedCoordinate]:

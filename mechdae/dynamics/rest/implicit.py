@@ -13,7 +13,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import casadi as ca
 import numpy as np
@@ -31,6 +31,9 @@ from mechdae.errors import MechdaeError, SolveError
 from mechdae.kernels.run.functions import without_repeats
 from mechdae.types import Complexes, Floats, Graph, Matrix, Points, Sym
 
+if TYPE_CHECKING:
+    from mechdae.dynamics.rest.equilibrium import AtRest
+
 SX = ca.SX
 CLOSES = 1e-6
 """Share of the derivatives by which redundant constraints may open."""
@@ -44,23 +47,25 @@ class Implicit:
 
     def __init__(self, problem: Problem, task: Equilibrium, names: Sequence[str]) -> None:
         self.task, self.names = task, list(names)
-        self.found = at_rest(problem, task)
+        self.found: AtRest = at_rest(problem, task)
         self.whole = whole = self.found.balance.setup
         self.r, self.model, k = whole.released, whole.model, whole.kernel
         r = self.r
-        self.lam = SX.sym("lam", k.m)
+        self.lam: Sym = SX.sym("lam", k.m)
         self.force = ca.densify(r.f) - r.J.T @ self.lam
         self.at = (0.0, self.found.rest.x, np.zeros(k.n), whole.loose,
                    self.found.rest.lam / k.gaps, self.model.p_values)  # fmt: skip
-        self.inputs = [r.t, r.x, r.v, r.signs, self.lam, self.model.p]
-        self.able = all(name in self.model.p_names for name in names)
+        self.inputs: list[Sym] = [r.t, r.x, r.v, r.signs, self.lam, self.model.p]
+        self.able: bool = all(name in self.model.p_names for name in names)
         """Whether all names are symbols here: a number that is zero is none."""
         if not self.able:
             return
         free = SX.sym("free", len(names))
         p = parameters_of(self.model, names, free)
         here = [float(self.model.p_values[self.model.p_names.index(name)]) for name in names]
-        self.dp = np.array(ca.Function("dp", [free], [ca.densify(ca.jacobian(p, free))])(here))
+        self.dp: Floats = np.array(
+            ca.Function("dp", [free], [ca.densify(ca.jacobian(p, free))])(here)
+        )
 
     def knows(self, path: str) -> bool:
         """Return whether a path has an exact derivative here."""

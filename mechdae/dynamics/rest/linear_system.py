@@ -13,6 +13,7 @@ at the state: x follows the independent coordinates z by J dx = 0, H dx = dz.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import casadi as ca
 import numpy as np
@@ -31,6 +32,9 @@ from mechdae.errors import InputError, SolveError, UnknownName
 from mechdae.kernels.run.functions import Call
 from mechdae.records import dataclass
 from mechdae.types import Floats, Json, Matrix, Sym
+
+if TYPE_CHECKING:
+    from mechdae.describe.coordinates import NamedCoordinate
 
 SX = ca.SX
 RANK = 1e-11
@@ -75,11 +79,11 @@ class LinearSystem:
         outputs: tuple[str, ...] | None,
     ) -> None:
         self.setup, self.state, self.model = setup, state, setup.model
-        self.chart = Chart(setup, state.x, basis, names)
+        self.chart: Chart = Chart(setup, state.x, basis, names)
         drivers = [law.coordinate for law in setup.laws]
-        self.inputs = self._inputs(inputs, [c.text for c in drivers])
+        self.inputs: list[_Input] = self._inputs(inputs, [c.text for c in drivers])
         moved = [given.driver for given in self.inputs if given.driver is not None]
-        self.moved = [drivers[i] for i in moved]
+        self.moved: list[NamedCoordinate] = [drivers[i] for i in moved]
         self.r, self.since, self.d = setup.cache(
             ("driven", *moved, *setup.held), lambda: self._driven(moved)
         )
@@ -236,7 +240,7 @@ class LinearSystem:
         self.B = np.vstack([np.zeros((half, len(inputs))), rates[:, inputs]])
         self.C, self.D = dy[:, order], dy[:, inputs]
         states = [*self.chart.names, *(c.text for c in self.moved)]
-        self.states = [*states, *(f"{name}.speed" for name in states)]
+        self.states: list[str] = [*states, *(f"{name}.speed" for name in states)]
         self.outputs = names
 
     def _outputs(self, outputs: tuple[str, ...] | None, a: Sym) -> tuple[list[str], Sym]:

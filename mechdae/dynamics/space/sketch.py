@@ -38,7 +38,9 @@ class SpatialSketch:
         self.closing = closing
         self.model: Any = closing.setup.model
         r, self.p = closing.r, closing.setup.model.p_values
-        self.given = {closing.m + k: value for k, value in closing.sketched_places().items()}
+        self.given: dict[int, float] = {
+            closing.m + k: value for k, value in closing.sketched_places().items()
+        }
 
         def build() -> Call:
             model: Any = r.model

@@ -39,7 +39,7 @@ class Stiffness:
     def __init__(self, setup: MotionProblem, integrator: Integrator) -> None:
         self.setup, self.integrator = setup, integrator
         self.found: tuple[float, str, float, float] | None = None
-        self.turned = False
+        self.turned: bool = False
         self._ratios: deque[float] = deque(maxlen=STEPS)
 
     def _slopes(self) -> Graph:
@@ -180,7 +180,7 @@ class Crossings:
 
     def __init__(self, setup: MotionProblem, integrator: Integrator) -> None:
         self.setup, self.integrator = setup, integrator
-        self.wanted = crossings(setup.problem.mechanism, setup.task)
+        self.wanted: list[Watched] = crossings(setup.problem.mechanism, setup.task)
         self.found: list[LocatedEvent] = []
 
     @cached_property

@@ -36,12 +36,12 @@ class Glides:
 
     def __init__(self, slips: list[Slip], weights: Floats) -> None:
         self.weights = weights
-        self.groups = [
+        self.groups: list[list[int]] = [
             list(range(k, k + slip.parts))
             for k, slip in enumerate(slips)
             if slip.parts > 1 and slip.part == 0
         ]
-        self.first = {k: group[0] for group in self.groups for k in group}
+        self.first: dict[int, int] = {k: group[0] for group in self.groups for k in group}
 
     def group(self, k: int) -> list[int]:
         """Return the places of the slips that stick with one."""

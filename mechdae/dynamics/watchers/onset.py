@@ -6,7 +6,7 @@ one solution is found by repeating the step with other sizes.
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -14,6 +14,9 @@ from mechdae.dynamics.friction_sizes import Sizes
 from mechdae.dynamics.integrate import Integrator, Nodes, NoWay
 from mechdae.dynamics.watchers.zeros import inside
 from mechdae.types import Floats
+
+if TYPE_CHECKING:
+    from mechdae.kernels.graphs.stepper import Layout
 
 STRONG = 0.5
 """Coupling from which steps are looked at, beside a largest value their inside too."""
@@ -37,7 +40,7 @@ class Onset:
 
     def __init__(self, integrator: Integrator, sizes: Sizes) -> None:
         self.integrator, self.sizes = integrator, sizes
-        self.layout = integrator.layout
+        self.layout: Layout = integrator.layout
 
     def look(self, nodes: Nodes) -> tuple[Any, NoWay] | None:
         """Return the first state whose accelerations are not unique, and the verdict; or None."""

@@ -7,7 +7,7 @@ around such a pose like |t - t*|. Newton's method with its rate u^T J' w finds t
 from __future__ import annotations
 
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import casadi as ca
 import numpy as np
@@ -17,6 +17,9 @@ from mechdae.dynamics.integrate import Integrator, Nodes
 from mechdae.kernels.graphs.ldl import Factor
 from mechdae.numerics.null_space import rank
 from mechdae.types import Floats, Graph, Jacobian, Matrices, Unknowns
+
+if TYPE_CHECKING:
+    from mechdae.kernels.graphs.equations_of_motion import Kernel
 
 SINGULAR = 1e-6
 NEAR = 0.5
@@ -41,9 +44,9 @@ class Passages:
 
     def __init__(self, setup: MotionProblem, integrator: Integrator) -> None:
         self.setup, self.integrator = setup, integrator
-        self.kernel = setup.kernel
+        self.kernel: Kernel = setup.kernel
         self.found: list[tuple[float, int]] = []
-        self.superfluous = 0
+        self.superfluous: int = 0
         self._rank: int | None = None
         self._tail: tuple[Any, Any] | None = None
         self._largest = self._norm = 0.0

@@ -16,7 +16,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -25,6 +25,10 @@ from mechdae.dynamics.integrate import Integrator
 from mechdae.dynamics.watchers.glides import FIRST, LEAST, Glides, weights_of
 from mechdae.records import dataclass
 from mechdae.types import Floats, Matrix, Unknowns
+
+if TYPE_CHECKING:
+    from mechdae.equations.forces.feedback import Slip
+    from mechdae.kernels.graphs.equations_of_motion import Kernel
 
 RESTS = 1e-9
 """Speed, as a share of the largest so far, that is none."""
@@ -64,15 +68,15 @@ class Slips:
 
     def __init__(self, setup: MotionProblem, integrator: Integrator) -> None:
         self.setup, self.integrator = setup, integrator
-        self.kernel = setup.kernel
-        self.slips = setup.released.rubbing.slips
-        self.names = [slip.owner for slip in self.slips]
-        self.k = 0 if setup.smooth else len(self.slips)
+        self.kernel: Kernel = setup.kernel
+        self.slips: list[Slip] = setup.released.rubbing.slips
+        self.names: list[str] = [slip.owner for slip in self.slips]
+        self.k: int = 0 if setup.smooth else len(self.slips)
         self.found: list[tuple[float, dict[str, float], str]] = []
         self._fastest = self._strongest = 0.0
         self._last = setup.loose
         weights = weights_of(self.slips, setup.model.p, setup.model.p_values, self.kernel.cache)
-        self.glides = Glides(self.slips, weights)
+        self.glides: Glides = Glides(self.slips, weights)
         self._rough = np.full(self.k, RESTS)
         for group in self.glides.groups:
             self._rough[group] = max(RESTS, ROUGH * setup.tolerance)

@@ -195,7 +195,7 @@ class Looker:
         some: Callable[[int], Values] | None = None,
     ) -> None:
         self.integrator, self.nodes, self.values, self.some = integrator, nodes, values, some
-        self.lay = integrator.layout
+        self.lay: Layout = integrator.layout
         self._known: dict[tuple[int, float], Floats] = {}
 
     def value(self, state: Floats, which: int) -> float:

@@ -60,20 +60,20 @@ class Contact:
     ) -> None:  # fmt: skip
         name = joint.name
         self.joint, self.closed, self.rolls = joint, joint.closed, joint.roller_radius is not None
-        self.s = SX.sym(f"{name}.s")
+        self.s: Sym = SX.sym(f"{name}.s")
         self._tangents = of_owner(name, ("angle",)) if self.rolls else ()
         self.angle: Any = self._tangents[0].symbol if self.rolls else None
         self.start, self.end = numbers[f"{name}.start"], numbers[f"{name}.end"]
-        self.turn = (self.end - self.start) / (2 * math.pi)
-        self.range = span(joint, values)
-        self.wrapped = joint.closed and not repeats(joint, values)
+        self.turn: Sym = (self.end - self.start) / (2 * math.pi)
+        self.range: tuple[float, float] = span(joint, values)
+        self.wrapped: bool = joint.closed and not repeats(joint, values)
         inside = self.s
         if self.wrapped:
             middle = (self.start + self.end) / 2
             inside = middle + ca.remainder(self.s - middle, self.end - self.start)
         known = {**parameters, PARAMETER: inside}
-        self.point = place(joint, known, functions)
-        self.tangent = ca.densify(ca.jacobian(self.point, self.s)) * self.turn
+        self.point: Sym = place(joint, known, functions)
+        self.tangent: Sym = ca.densify(ca.jacobian(self.point, self.s)) * self.turn
 
     def at(self, joint: Any) -> Contact:
         """Return the same symbols for a joint of the same range and other numbers."""

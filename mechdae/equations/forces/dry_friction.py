@@ -79,16 +79,16 @@ class Rubbing:
             one = slip.resting is not None and self.slips[k + 1].owner == slip.owner
             if one and not model.space.behind:
                 self.sides.append((k, k + 1))
-        self.steady = add(*[mesh.steady for mesh in self.meshes.values()])
-        self.assumptions = laws.assumptions
-        self.count = len(self.slips)
+        self.steady: Wrench = add(*[mesh.steady for mesh in self.meshes.values()])
+        self.assumptions: list[str] = laws.assumptions
+        self.count: int = len(self.slips)
         signs = [slip.sign for slip in self.slips]
-        self.locks = [SX.sym(f"lock_{slip.owner}") for slip in self.slips]
+        self.locks: list[Sym] = [SX.sym(f"lock_{slip.owner}") for slip in self.slips]
         resting = [
             SX.sym(f"resting_{slip.owner}") if slip.resting is None else slip.resting
             for slip in self.slips
         ]
-        self.signs = ca.vertcat(*signs, *self.locks, *resting) if signs else SX(0, 1)
+        self.signs: Sym = ca.vertcat(*signs, *self.locks, *resting) if signs else SX(0, 1)
 
     def _real(self, name: str) -> bool:
         return self.meshes[name].column is not None

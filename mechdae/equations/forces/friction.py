@@ -59,7 +59,7 @@ class Laws:
     ) -> None:
         self.adhesion = adhesion
         self.model, self.meshes, self.radius, self.friction = model, meshes, radius, friction
-        self.factor = SX.sym("factor")
+        self.factor: Sym = SX.sym("factor")
         self.slips: list[Slip] = []
         self.assumptions: list[str] = []
 

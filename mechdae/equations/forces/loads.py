@@ -97,7 +97,7 @@ class Loads:
         self.slips: list[Slip] = []
         self.signals: list[Signal] = []
         self.directions: list[Direction] = []
-        self.time = SX.sym(TIME)
+        self.time: Sym = SX.sym(TIME)
         self.uses_time: list[str] = []
         self.varying: list[Sym] = []
         self.timed: list[Timed] = []

@@ -63,10 +63,10 @@ class Timed:
         self.name, self.table, self.where, self.repeats = name, table, where, period is not None
         numbers = ca.vertcat(SX(shift), SX(0) if period is None else SX(period))
         self._numbers = ca.Function("numbers", [p], [ca.densify(numbers)])
-        self.symbols = SX.sym(f"piece_{name}", 6)
+        self.symbols: Sym = SX.sym(f"piece_{name}", 6)
         turned, start, *terms = ca.vertsplit(self.symbols)
         at = time - shift - turned - start
-        self.value = terms[0] + at * (terms[1] + at * (terms[2] + at * terms[3]))
+        self.value: Sym = terms[0] + at * (terms[1] + at * (terms[2] + at * terms[3]))
         self._put(p_values)
 
     def at(self, p_values: Floats) -> Timed:
@@ -81,7 +81,7 @@ class Timed:
     def _put(self, p_values: Floats) -> None:
         table = self.table
         result = np.array(self._numbers(p_values)).ravel()
-        self.shift = float(result[0])
+        self.shift: float = float(result[0])
         X, Y = (np.array(column, float) for column in zip(*table.points, strict=True))
         self.period = self._period(table, X, self.repeats, float(result[1]))
         if self.period is not None and self.period > X[-1] - X[0]:
@@ -89,7 +89,7 @@ class Timed:
         elif self.period is not None:
             self.period = float(X[-1] - X[0])
         self.X, self.Y = X, Y
-        self.steps = self.period is not None and not self._closed()
+        self.steps: bool = self.period is not None and not self._closed()
         spline = table.interpolation == "spline"
         if spline and self.steps:
             raise InputError(
@@ -97,7 +97,7 @@ class Timed:
                 where="rows" if table.file is None else "file",
                 hint="a last row like the first one, or a longer period",
             )
-        self.pieces = _spline(X, Y, self.period is not None) if spline else _lines(X, Y)
+        self.pieces: Floats = _spline(X, Y, self.period is not None) if spline else _lines(X, Y)
 
     @staticmethod
     def _period(

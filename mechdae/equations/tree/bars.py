@@ -60,7 +60,7 @@ class SpinningBar:
 
     def __init__(self, model: Any, link: IdleLink) -> None:
         self.model, self.link = model, link
-        self.joints = (link.joint, *link.others)
+        self.joints: tuple[str, *tuple[str, ...]] = (link.joint, *link.others)
         self.places = tuple(model.point(end) for end in link.ends)
 
     def shares(self, place: Sym) -> tuple[Sym, Sym]:

@@ -56,8 +56,8 @@ class Skeleton(Model):
                 turn = turn @ about(angle)
             self._frames[name] = TreeFrame(ca.vertcat(x, y, z), turn, SX.eye(3))  # type: ignore[assignment]
         self._frames[GROUND] = TreeFrame(SX(3, 1), SX.eye(3), SX.eye(3))  # type: ignore[assignment]
-        self.coordinates = Coordinates(c for part in own.values() for c in part)
-        self.q_names = self.coordinates.keys
+        self.coordinates: Coordinates = Coordinates(c for part in own.values() for c in part)
+        self.q_names: list[tuple[str, str]] = self.coordinates.keys
         self.q = ca.vertcat(*[c.symbol for c in self.coordinates])
         self._values = mechanism.values()
         self.rows = []

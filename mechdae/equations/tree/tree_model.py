@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Sequence
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import casadi as ca
 
@@ -60,6 +60,9 @@ from mechdae.equations.tree.spins import Spinning
 from mechdae.equations.tree.tree_forces import TreeForces
 from mechdae.types import Sym
 
+if TYPE_CHECKING:
+    from mechdae.describe.spinning_links import Spin
+
 SX = ca.SX
 SLIDES = ("slide", "x", "y")
 """Coordinates of joints along axes."""
@@ -104,8 +107,8 @@ class TreeModel(Spinning, TreeForces):
         self.mechanism, self.cache, self._free = mechanism, StructureCache(), set(free)
         self.drivers, self.space, self.contacts, self.ends = tuple(drivers), SPACE, {}, {}
         named = [c.part for c in drivers if c.kind == "point"]
-        self.idle = idle_links(mechanism, named)
-        self.spins = spins(mechanism, self.drivers)
+        self.idle: dict[str, IdleLink] = idle_links(mechanism, named)
+        self.spins: list[Spin] = spins(mechanism, self.drivers)
         self._lines: dict[str, Line] = {name: link.own for name, link in self.idle.items()}
         for spin in self.spins:
             self._lines |= spin.lines
@@ -114,21 +117,21 @@ class TreeModel(Spinning, TreeForces):
         self._values = mechanism.values()
         skeleton = self._skeleton()
         rows = skeleton.driven(self.drivers)[0]
-        self.loose = skeleton.loose_bodies(rows) if drivers else []
+        self.loose: list[str] = skeleton.loose_bodies(rows) if drivers else []
         groups = groups_of(skeleton, rows, out=self.loose) if drivers else []
         every = [name for name in mechanism.bodies if name not in {*self.idle, *self.loose}]
         parts = [*([list(group.bodies) for group in groups] or [every]), self.loose]
         self.loose = self.loose + [n for n in self.idle if {*self.bodies_of(n)} & {*self.loose}]
         joints = [j for name, j in mechanism.joints.items() if name not in self._spun]
-        self.points = points_of(mechanism)
-        self.edges = edges(joints, parts, self._first(), self._then(), self.points)
+        self.points: set[str] = points_of(mechanism)
+        self.edges: list[Edge] = edges(joints, parts, self._first(), self._then(), self.points)
         self._anchors, self._frames = {}, {}
         self._of: dict[tuple[str, str], Coordinate] = {}
         self._placed: dict[str, str] = {}
         self._place_bodies()
         self.senses: list[tuple[str, Sym]] = []
-        self.rows = [row for edge in self.edges for row in self._norms(edge)]
-        self.tree = {edge.joint for edge in self.edges}
+        self.rows: list[Row] = [row for edge in self.edges for row in self._norms(edge)]
+        self.tree: set[str] = {edge.joint for edge in self.edges}
         self._cut_joints = [j.name for j in joints if j.name not in self.tree]
         for name in self._cut_joints:
             self.rows += self._closed(name)
@@ -137,8 +140,8 @@ class TreeModel(Spinning, TreeForces):
             if joint.pointer:
                 self.senses += [(joint.name, value) for value in self._usual(joint.name)]
         self.rows += [self._length_row(link) for link in self.idle.values()]
-        self.coordinates = Coordinates(self._of.values())
-        self.q_names = self.coordinates.keys
+        self.coordinates: Coordinates = Coordinates(self._of.values())
+        self.q_names: list[tuple[str, str]] = self.coordinates.keys
         self.q = ca.vertcat(*[c.symbol for c in self.coordinates])
         self._of_symbol = {c.symbol.element_hash(): c for c in self.coordinates}
 

@@ -169,9 +169,9 @@ class OneSidedContacts:
 
     def __init__(self, model: Model, among: Iterable[str]) -> None:
         self.model = model
-        self.found = one_sided(model, among)
-        self.unit = {contact.name: contact.unit for contact in self.found}
-        self.scale = model.mechanism.scale
+        self.found: list[OneSided] = one_sided(model, among)
+        self.unit: dict[str, str] = {contact.name: contact.unit for contact in self.found}
+        self.scale: float = model.mechanism.scale
 
     @property
     def names(self) -> list[str]:

@@ -23,9 +23,11 @@ class HoldingContacts:
 
     def __init__(self, setup: MotionProblem) -> None:
         self.setup = setup
-        self.contacts = OneSidedContacts(setup.model, setup.model.mechanism.joints)
-        self.names = self.contacts.names
-        self.observer = Observer(setup) if self.names else None
+        self.contacts: OneSidedContacts = OneSidedContacts(
+            setup.model, setup.model.mechanism.joints
+        )
+        self.names: list[str] = self.contacts.names
+        self.observer: Observer | None = Observer(setup) if self.names else None
 
     def holding(
         self, t: Floats, x: Unknowns, v: Floats, signs: Floats, a: Floats, lam: Points

@@ -60,12 +60,12 @@ class Mesh:
         self.joint = joint = ends.joint
         self.first, self.second = joint.first_body, joint.second_body
         self.carrier = getattr(joint, "carrier", None) or "ground"
-        self.turning = spin(model, self.first) - spin(model, self.carrier)
+        self.turning: Sym = spin(model, self.first) - spin(model, self.carrier)
         self.column: Wrench | None = None
         self.apart: Wrench = {}
         self.steady: Wrench = {}
-        self.tangential = SX(1)
-        self.rubbing = self.turning
+        self.tangential: Sym = SX(1)
+        self.rubbing: Sym = self.turning
         self.closing = self.size = SX(0)
         self.holding = None
         self._sense = self._drives = SX(1)

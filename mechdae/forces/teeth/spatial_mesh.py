@@ -49,7 +49,7 @@ class SpatialMesh:
         self.O1, self.O2 = (model.point(self._on_carrier(b.joint)) for b in members)
         turn = members[0].sense * model.relative(members[0].joint, members[0].word)
         self._turning = ca.jtimes(turn, model.q, model.velocity)
-        self.ratio = self.number("ratio") if joint.wheels > 1 else None
+        self.ratio: Sym | None = self.number("ratio") if joint.wheels > 1 else None
         self.P, self.normal = self._place()
         self._along()
         self._forces()
@@ -132,7 +132,7 @@ class SpatialMesh:
         second = SX(0) if self.ratio is None else self._bend(self.a2, self.O2)
         away = self.normal * ca.sign(second - first) * ca.tan(self.number("pressure_angle"))
         place = model.point(joint.second)
-        self.bends = first * second
+        self.bends: Sym = first * second
         ends = (joint.first_body, joint.second_body)
 
         def force(value: Sym) -> Wrench:
@@ -140,9 +140,9 @@ class SpatialMesh:
             acting = pair(model, *ends, self.P, value)
             return add(acting, entries((joint.name,), value, moment))
 
-        self.column = times(size, force(self.across))
-        self.apart = force(away)
-        self.tangential = ca.horzcat(-self.across.T, SX(1, 3))
+        self.column: Wrench = times(size, force(self.across))
+        self.apart: Wrench = force(away)
+        self.tangential: Sym = ca.horzcat(-self.across.T, SX(1, 3))
         turned = self.a2 / self.ratio if self.ratio is not None else SX(3, 1)
         gone = turned - self.a1
         self._rolling, self._axis = ca.norm_2(gone), _unit(gone)

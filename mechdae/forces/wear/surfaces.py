@@ -125,9 +125,9 @@ class Surfaces:
         self, statics: InverseDynamics, names: list[str], motion: LoadedPoses, loaded: Loaded
     ) -> None:
         self.statics, self.names = statics, names
-        self.still = NOTHING * fastest(statics, motion)
+        self.still: float = NOTHING * fastest(statics, motion)
         forces = np.nan_to_num(loaded.reactions[..., :2])
-        self.loose = NOTHING * float(np.abs(forces).max(initial=0.0))
+        self.loose: float = NOTHING * float(np.abs(forces).max(initial=0.0))
         balance, joints = statics.balance, statics.scene.model.mechanism.joints
         self._rows = [balance.joints.index(name) for name in names]
         self._hinges = np.array([joints[name].hinge for name in names])

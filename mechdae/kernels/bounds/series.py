@@ -163,7 +163,7 @@ class SeriesFunction:
     """
 
     def __init__(self, function: Graph, numbers: Collection[int] = ()) -> None:
-        self.sizes = [function.numel_out(i) for i in range(function.n_out())]
+        self.sizes: list[int] = [function.numel_out(i) for i in range(function.n_out())]
         self._still: list[tuple[Any, ...]] = []
         self._line: list[tuple[Any, ...]] = []
         known: dict[int, int] = {}

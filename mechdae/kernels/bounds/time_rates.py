@@ -17,7 +17,7 @@ import numpy as np
 
 from mechdae.kernels.bounds.walk import ARRAYS, replay, symbolic
 from mechdae.records import dataclass
-from mechdae.types import Booleans, Floats, Sym
+from mechdae.types import Booleans, Floats, Graph, Sym
 
 ORDER = 8
 """Of the last coefficient that is bounded."""
@@ -114,8 +114,8 @@ class Tempo:
     """
 
     def __init__(self, t: Sym, expressions: Sym) -> None:
-        self.count = expressions.numel()
-        self.function = ca.Function("tempo", [t], [ca.densify(expressions)])
+        self.count: int = expressions.numel()
+        self.function: Graph = ca.Function("tempo", [t], [ca.densify(expressions)])
 
     def values(self, times: Floats) -> Floats:
         """Return the values (n, k) at times (n,)."""

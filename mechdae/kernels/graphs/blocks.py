@@ -66,25 +66,25 @@ class BlockShape:
         self.shared, self.cache = shared, StructureCache()
         self.vx, self.vz = SX.sym("vx", x.numel()), SX.sym("vz", z.numel())
         self.vu, self.az = SX.sym("vu", u.numel()), SX.sym("az", z.numel())
-        self.au = SX.sym("au", u.numel())
-        self.moving = [x, z, u]
+        self.au: Sym = SX.sym("au", u.numel())
+        self.moving: list[Sym] = [x, z, u]
         self.every, self.rates = ca.vertcat(x, z, u), ca.vertcat(self.vx, self.vz, self.vu)
         self.J, Fz = ca.jacobian(F, x), ca.jacobian(F, z)
         drift = ca.jtimes(F, ca.vertcat(z, u), ca.vertcat(self.vz, self.vu))
-        self.first = ca.jtimes(F, self.every, self.rates)
-        self.second = ca.jtimes(self.first, self.every, self.rates)
+        self.first: Sym = ca.jtimes(F, self.every, self.rates)
+        self.second: Sym = ca.jtimes(self.first, self.every, self.rates)
         pushed = ca.jtimes(F, ca.vertcat(z, u), ca.vertcat(self.az, self.au))
         self._angles = angles
         turned = self._turned(x, z)
         sines, cosines = SX.sym("sin", len(angles)), SX.sym("cos", len(angles))
         self._trig = (turned, sines, cosines)
         parts = with_trig([F, self.J, Fz, -drift, -(self.second + pushed)], *self._trig)
-        self.turns_alone = not ca.depends_on(parts[0], turned)
+        self.turns_alone: bool = not ca.depends_on(parts[0], turned)
         """Whether angles are in the equations by their sines and cosines only."""
         at = [x, z, u, q, sines, cosines]
         moving = [self.vx, self.vz, self.vu, self.az, self.au]
-        self.value = ca.Function("value", at, parts[:3])
-        self.push = ca.Function("push", [*at, *moving], parts[3:])
+        self.value: Graph = ca.Function("value", at, parts[:3])
+        self.push: Graph = ca.Function("push", [*at, *moving], parts[3:])
 
     def _turned(self, x: Sym, z: Sym) -> Sym:
         return ca.vertcat(x, z)[self._angles] if self._angles else SX(0, 1)
@@ -205,18 +205,20 @@ class BlockGraph:
         self.block, self.cache = block, StructureCache()
         self.own, self.uses = list(block.x), list(block.uses)
         self.size, self.rows = len(self.own), len(block.units)
-        self.redundant = block.redundant
+        self.redundant: bool = block.redundant
         self.x, self.F = scene.x[self.own], block.residual
-        self.z = scene.x[self.uses] if self.uses else SX(0, 1)
-        self.params = scene.held(self.F)[2]
-        self.p = scene.model.p[self.params] if self.params else SX(0, 1)
+        self.z: Sym = scene.x[self.uses] if self.uses else SX(0, 1)
+        self.params: list[int] = scene.held(self.F)[2]
+        self.p: Sym = scene.model.p[self.params] if self.params else SX(0, 1)
         self._u = scene.u
-        self.turning = [i for i in self.own if scene.unknowns[i].kind is ANGLE]
+        self.turning: list[int] = [i for i in self.own if scene.unknowns[i].kind is ANGLE]
         self._angles = self.turning + [i for i in self.uses if scene.unknowns[i].kind is ANGLE]
-        self.function = ca.Function("F", [self.x, self.z, self._u, self.p], [ca.densify(self.F)])
+        self.function: Graph = ca.Function(
+            "F", [self.x, self.z, self._u, self.p], [ca.densify(self.F)]
+        )
         """The residual (x_b, z, u, p) -> F; p are the block's own parameters."""
-        self.reaches = self._reaches(scene)
-        self.shape = self._shape(scene)
+        self.reaches: RowReaches | None = self._reaches(scene)
+        self.shape: BlockShape = self._shape(scene)
 
     def _reaches(self, scene: Scene) -> RowReaches | None:
         """Return what bounds the equations of a block in space, None where terms do."""

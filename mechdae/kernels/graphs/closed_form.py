@@ -23,7 +23,7 @@ from mechdae.kernels.graphs.blocks import BlockGraph, column, inverse, placed
 from mechdae.kernels.graphs.steps import Graphs
 from mechdae.kernels.run.functions import Batch, without_repeats
 from mechdae.records import dataclass
-from mechdae.types import Floats, Graph, Sym
+from mechdae.types import Booleans, Floats, Graph, Sym
 
 SX = ca.SX
 SAMPLES = 4
@@ -56,12 +56,12 @@ class ClosedForm:
 
     def __init__(self, graphs: Graphs, forms: list[BlockForm]) -> None:
         self.graphs, self.forms = graphs, forms
-        self.branches = np.array([form.branches for form in forms], bool)
+        self.branches: Booleans = np.array([form.branches for form in forms], bool)
         u, sign = SX.sym("u", graphs.nu), SX.sym("sign", graphs.nb)
         x, _, _, depth = self.symbolic(u, sign)
         results = [ca.densify(part) for part in (x, depth)]
         function = without_repeats("closed", [u, sign, graphs.p], results)
-        self.poses = Batch(function)
+        self.poses: Batch = Batch(function)
 
     def symbolic(self, u: Sym, sign: Sym) -> tuple[Sym, Sym, Sym, Sym]:
         """Return unknowns, their sines and cosines, and D over A^2 + B^2 of each block."""

@@ -73,9 +73,9 @@ class Kernel:
     def __init__(self, released: Released) -> None:
         self.released = released
         self.n, self.m = released.x.numel(), released.phi.numel()
-        self.slips = released.rubbing.count
-        self.rubs = len(released.rubbing.feedbacks)
-        self.inner = self.m + self.slips + self.rubs
+        self.slips: int = released.rubbing.count
+        self.rubs: int = len(released.rubbing.feedbacks)
+        self.inner: int = self.m + self.slips + self.rubs
         self.t, self.x, self.v, self.signs = (
             released.t,
             released.x,
@@ -84,13 +84,15 @@ class Kernel:
         )
         counts = {"sizes": self.n, "gaps": self.m, "eps": self.m, "weights": self.m}
         counts |= {"lock_sizes": self.slips, "widths": self.slips, "closure": 1}
-        self.given = {"p": released.model.p}
+        self.given: dict[str, Sym] = {"p": released.model.p}
         self.given |= {name: SX.sym(name, count) for name, count in counts.items()}
-        self.c = ca.vertcat(*self.given.values())
+        self.c: Sym = ca.vertcat(*self.given.values())
         ends = np.cumsum([0, *(part.numel() for part in self.given.values())]).tolist()
-        self.places_of = dict(zip(self.given, map(slice, ends[:-1], ends[1:]), strict=True))
-        self.inputs = [self.t, self.x, self.v, self.signs, self.c]
-        self.definite = True
+        self.places_of: dict[str, slice] = dict(
+            zip(self.given, map(slice, ends[:-1], ends[1:]), strict=True)
+        )
+        self.inputs: list[Sym] = [self.t, self.x, self.v, self.signs, self.c]
+        self.definite: bool = True
         self.cache = self._first = StructureCache()
 
     def at(

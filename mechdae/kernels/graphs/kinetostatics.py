@@ -99,10 +99,10 @@ class Balance:
     ) -> None:
         self.scene, self.model, self.loads, self.laws = scene, scene.model, loads, laws
         self.meshes = meshes
-        self.columns = columns_of(scene)
+        self.columns: list[int] = columns_of(scene)
         owners = {name for group in scene.groups for name in group.joints}
-        self.joints = [name for name in self.model.mechanism.joints if name in owners]
-        self.bodies = scene.bodies
+        self.joints: list[str] = [name for name in self.model.mechanism.joints if name in owners]
+        self.bodies: list[str] = scene.bodies
         self.rows_of: dict[str, list[int]] = {name: [] for name in self.joints}
         for group in scene.groups:
             for i in group.rows:
@@ -117,17 +117,19 @@ class Balance:
             self.feedbacks += feedbacks
         self.slips: list[Slip] = [*laws.slips, *loads.slips]
         self._make_columns()
-        self.shares = [self._share(group) for group in reversed(scene.groups)]
-        self.signs = ca.vertcat(*[slip.sign for slip in self.slips]) if self.slips else SX(0, 1)
+        self.shares: list[Share] = [self._share(group) for group in reversed(scene.groups)]
+        self.signs: Sym = (
+            ca.vertcat(*[slip.sign for slip in self.slips]) if self.slips else SX(0, 1)
+        )
         pieces = [signal.piece for signal in loads.signals]
         pieces += [table.symbols for table in loads.timed]
-        self.pieces = ca.vertcat(*pieces) if pieces else SX(0, 1)
-        self.sizes = SX.sym("m", len(self.feedbacks))
-        self.inputs = [
+        self.pieces: Sym = ca.vertcat(*pieces) if pieces else SX(0, 1)
+        self.sizes: Sym = SX.sym("m", len(self.feedbacks))
+        self.inputs: list[Sym] = [
             *motion_of(scene)[0], loads.time, self.pieces, self.signs, self.model.p, laws.factor
         ]  # fmt: skip
-        self.inertia = {} if loads.slow else inertia(self.model, self.bodies)
-        self.applied = add(loads.total, *[mesh.steady for mesh in meshes.values()])
+        self.inertia: Wrench = {} if loads.slow else inertia(self.model, self.bodies)
+        self.applied: Wrench = add(loads.total, *[mesh.steady for mesh in meshes.values()])
 
     @cached_property
     def active(self) -> list[int]:

@@ -23,7 +23,7 @@ class Factor:
     """
 
     def __init__(self, matrix: Sym) -> None:
-        self.n = matrix.shape[0]
+        self.n: int = matrix.shape[0]
         rows: list[Column] = [{} for _ in range(self.n)]
         triplet = zip(*matrix.sparsity().get_triplet(), matrix.nonzeros(), strict=True)
         for i, j, entry in triplet:
@@ -31,8 +31,8 @@ class Factor:
                 rows[i][j] = entry
         for i in range(self.n):
             rows[i].setdefault(i, SX(0))
-        self.order = _least_fill(rows)
-        self.place = {i: k for k, i in enumerate(self.order)}
+        self.order: list[int] = _least_fill(rows)
+        self.place: dict[int, int] = {i: k for k, i in enumerate(self.order)}
         self.pivots: Column = {}
         self.lower: dict[int, Column] = {}
         for i in self.order:

@@ -45,6 +45,7 @@ from mechdae.kernels.stored.functions import fingerprint, stored_property
 from mechdae.types import Floats, Graph, Sym
 
 if TYPE_CHECKING:
+    from mechdae.equations.cases.curve_contacts import Contact
     from mechdae.kernels.bounds.intervals import Floors
 
 SX = ca.SX
@@ -87,31 +88,35 @@ class PoseGraphs:
     ) -> None:
         self.scene, self.outputs, self.derivatives = scene, outputs, derivatives
         self.course = course
-        self.cache = StructureCache()
-        self.blocks = [BlockGraph(scene, block) for block in scene.blocks]
+        self.cache: StructureCache = StructureCache()
+        self.blocks: list[BlockGraph] = [BlockGraph(scene, block) for block in scene.blocks]
         self.nx, self.nu, self.nb = scene.x.numel(), scene.u.numel(), len(self.blocks)
-        self.first = [graph.own[0] for graph in self.blocks]
+        self.first: list[int] = [graph.own[0] for graph in self.blocks]
         self.np, self.ny = scene.model.p.numel(), outputs.numel()
-        self.single = self.nu == 1 and course is None and not lines
+        self.single: bool = self.nu == 1 and course is None and not lines
         self.x, self.u, self.p = SX.sym("x", self.nx), SX.sym("u", self.nu), scene.model.p
-        self.scale = SX.sym("scale")
+        self.scale: Sym = SX.sym("scale")
         self.kappa, self.rho = SX.sym("kappa", self.nb), SX.sym("rho", self.nb)
-        self.grain = SX.sym("grain", self.nx)
+        self.grain: Sym = SX.sym("grain", self.nx)
         owners = {name for group in scene.groups for name in group.joints}
-        self.contacts = [c for name, c in scene.model.contacts.items() if name in owners]
-        self.floor = SX(0, 1)
+        self.contacts: list[Contact] = [
+            c for name, c in scene.model.contacts.items() if name in owners
+        ]
+        self.floor: Sym = SX(0, 1)
         if self.contacts:
             from mechdae.kernels.bounds.intervals import SLOTS
 
             self.floor = SX.sym("floor", SLOTS)
         owned = {contact.joint.name for contact in self.contacts}
-        self.places = [
+        self.places: list[int] = [
             i for i, c in enumerate(scene.unknowns) if c.kind is PLACE and c.owner in owned
         ]
         self.low, self.high = (SX.sym(name, len(self.places)) for name in ("low", "high"))
-        self.consts = ca.vertcat(self.p, self.scale, self.kappa, self.rho, self.grain, self.floor)
+        self.consts: Sym = ca.vertcat(
+            self.p, self.scale, self.kappa, self.rho, self.grain, self.floor
+        )
         if self.single:
-            self.driven = [SX(1), SX(0), SX(0)]
+            self.driven: list[Sym] = [SX(1), SX(0), SX(0)]
         else:
             names = ("du", "ddu", "dddu")[: max(derivatives, 2)]
             self.driven = [SX.sym(name, self.nu) for name in names]

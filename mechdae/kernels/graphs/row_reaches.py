@@ -81,14 +81,16 @@ class RowReaches:
     ) -> None:
         self.scene, self.values, self.moving = scene, ca.densify(values), moving
         self.y, self.p = ca.vertcat(*moving), scene.model.p
-        self.ends = [0, *_ends(moving)]
+        self.ends: list[int] = [0, *_ends(moving)]
         self.straight: dict[int, tuple[Sym, Sym, Sym]] = {}
         """Coordinates by their hash: expression, slope by y, what is left at y = 0."""
         self.solved: dict[int, WayProducts] = {}
         """Reaches of the coordinates that follow from an equation, by their hash."""
         self._asked: set[int] = set()
         unslid = [reach if reach is None else reach.unslid for reach in reaches]
-        self.reaches = [r if r is not None and self._known(r) else None for r in unslid]
+        self.reaches: list[WayProducts | None] = [
+            r if r is not None and self._known(r) else None for r in unslid
+        ]
 
     @property
     def any(self) -> bool:
@@ -173,7 +175,7 @@ class BoundsWithin:
     def __init__(self, rows: RowReaches, size: Sym, whole: bool) -> None:
         self.rows, self.size, self.whole = rows, size, whole
         self.sizes = ca.vertsplit(size, rows.ends)
-        self.n = size.numel()
+        self.n: int = size.numel()
         self._solved: dict[int, Reached] = {}
 
     def by_terms(self, value: Sym) -> Reached:

@@ -188,13 +188,13 @@ class Stepper:
         self, kernel: Kernel, powers: Sym, acceleration: Sym, sizes: Sym | None = None
     ) -> None:
         self.kernel, self.n = kernel, kernel.n
-        self.works = powers.numel()
-        self.layout = Layout(self.n, self.works, kernel.rubs)
-        self.sized = kernel.rubs
+        self.works: int = powers.numel()
+        self.layout: Layout = Layout(self.n, self.works, kernel.rubs)
+        self.sized: int = kernel.rubs
         sizes = sizes if sizes is not None else SX.sym("m", self.sized)
-        self.power = kernel.function("power", [ca.densify(powers)], [acceleration, sizes])
-        self.cache = StructureCache()
-        self.fixed = kernel.signs.numel() + kernel.c.numel()
+        self.power: Graph = kernel.function("power", [ca.densify(powers)], [acceleration, sizes])
+        self.cache: StructureCache = StructureCache()
+        self.fixed: int = kernel.signs.numel() + kernel.c.numel()
 
     @structure_property
     def kind(self) -> Any:

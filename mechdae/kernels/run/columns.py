@@ -133,7 +133,7 @@ class StoreLayout:
         self.target = target
         """The row into which the kernel writes each result that is kept."""
         rated = [(order, row) for row, (order, _) in enumerate(self.sources) if order]
-        self.rated = sorted(rated, reverse=True)
+        self.rated: list[tuple[int, int]] = sorted(rated, reverse=True)
 
     def _put(
         self, known: Any, output: int, order: int, group: Sequence[int], rows: list[int]

@@ -139,10 +139,10 @@ class Local:
     """
 
     def __init__(self, scene: Scene, expression: Sym) -> None:
-        self.held = scene.held(expression)
+        self.held: tuple[list[int], list[int], list[int]] = scene.held(expression)
         vectors = (scene.x, scene.u, scene.model.p)
         inputs = [v[i] if i else ca.SX(0, 1) for v, i in zip(vectors, self.held, strict=True)]
-        self.function = ca.Function("local", inputs, [ca.densify(expression)])
+        self.function: Graph = ca.Function("local", inputs, [ca.densify(expression)])
         self._call, self._shape = Call(self.function), self.function.size_out(0)
 
     def __call__(self, x: Unknowns, u: Floats, p: Floats) -> Floats:
@@ -252,16 +252,16 @@ class Batch:
         if wide:  # the compiled machine alone would take them
             raise ValueError(f"{function.name()}: outputs are columns: {', '.join(wide)}")
         self.function = function
-        self.shared = set(shared)
-        self.rows_in = [function.size1_in(i) for i in range(function.n_in())]
-        self.rows_out = [function.size1_out(i) for i in range(function.n_out())]
+        self.shared: set[int] = set(shared)
+        self.rows_in: list[int] = [function.size1_in(i) for i in range(function.n_in())]
+        self.rows_out: list[int] = [function.size1_out(i) for i in range(function.n_out())]
         self.limit, self.many = chunk, many
         self._kept = straight
         self.lines: list[NumpyFunction | None] = []
         self._programs: list[Any] = []
         self._mapped: dict[int, Any] = {}
         self._buffers = threading.local()
-        self.evaluations = 0
+        self.evaluations: int = 0
 
     def counting(self) -> Batch:
         """Return the same function with a count of its own of `evaluations`."""

@@ -150,14 +150,14 @@ class NumpyFunction(PoseLine):
     ) -> None:
         super().__init__(function, shared)
         self._unwanted = unwanted
-        self.places = {}
+        self.places: dict[tuple[int, int], Place] = {}
         self._once: list[tuple[Any, ...]] = []
         self._line: list[tuple[Any, ...]] = []
-        self.registers = 0
+        self.registers: int = 0
         self._spare: list[Any] = []
         """Buffers between two calls: fresh memory is slow at its first touch."""
         self._read()
-        self.chunk = max(SMALLEST_CHUNK, CACHE_BYTES // (8 * max(self.registers, 1)))
+        self.chunk: int = max(SMALLEST_CHUNK, CACHE_BYTES // (8 * max(self.registers, 1)))
 
     @staticmethod
     def supports(function: Graph) -> bool:

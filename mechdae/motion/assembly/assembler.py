@@ -48,25 +48,25 @@ class Assembler:
         self.graphs, self.scene = graphs, graphs.scene
         inside = {GROUND, *(name for group in self.scene.groups for name in group.bodies)}
         joints = self.scene.model.mechanism.joints
-        self.sketch = dict(sketch.angles)
+        self.sketch: dict[str, float] = dict(sketch.angles)
         for angles in self.scene.cases("sketched angles"):
             self.sketch |= angles(self.scene, sketch)
-        self.places = {
+        self.places: dict[NamedCoordinate, float] = {
             c: value
             for c, value in sketch.places.items()
             if self.scene.model.knows(c)
             if set(joints[c.part].bodies if c.part in joints else (c.part,)) <= inside
         }
-        self.p = self.scene.model.p_values
-        self.size = self.scene.model.mechanism.scale
+        self.p: Floats = self.scene.model.p_values
+        self.size: float = self.scene.model.mechanism.scale
         slopes = angle_slopes(self.scene, self.p) if graphs.blocks else {}
-        self.solvers = [self._solver(graph, slopes) for graph in graphs.blocks]
-        self.natural = self.scene.unknowns.sizes(self.size)
-        self.turns = BlockTurns(
+        self.solvers: list[BlockSolver] = [self._solver(graph, slopes) for graph in graphs.blocks]
+        self.natural: Floats = self.scene.unknowns.sizes(self.size)
+        self.turns: BlockTurns = BlockTurns(
             self.scene, graphs.blocks, self.solvers, self.sketch, self.places, self.natural
         )
         self.choosers: list[Chooser] = [make(self) for make in self.scene.cases("choosers")]
-        self.labels = ModeLabels(self)
+        self.labels: ModeLabels = ModeLabels(self)
         self.shortened = False
         """Whether the sketch was taken for a pose of its own, where other modes were not sought."""
         self._blocks_of: dict[int, list[int]] = {group.index: [] for group in self.scene.groups}

@@ -9,6 +9,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Mapping
+from typing import TYPE_CHECKING
 
 import casadi as ca
 import numpy as np
@@ -21,6 +22,9 @@ from mechdae.motion.assembly.nearest_mode import told_apart
 from mechdae.motion.setup.likely_typos import MANY
 from mechdae.motion.setup.scales import scale_of
 from mechdae.types import Floats, Graph, Sym
+
+if TYPE_CHECKING:
+    from mechdae.motion.assembly.nearest_mode import Sketched
 
 SX = ca.SX
 MOST = 16
@@ -58,19 +62,19 @@ class ClosedStart:
 
     def __init__(self, assembler: Assembler, form: ClosedForm) -> None:
         self.graphs, self.form = assembler.graphs, form
-        self.sketched = assembler.sketched
-        self.wanted = np.array([entry.wanted for entry in self.sketched.entries])
+        self.sketched: Sketched = assembler.sketched
+        self.wanted: Floats = np.array([entry.wanted for entry in self.sketched.entries])
         owners = [c.owner for c in assembler.scene.unknowns]
-        self.angles = np.array([assembler.sketch.get(owner, 0.0) for owner in owners])
+        self.angles: Floats = np.array([assembler.sketch.get(owner, 0.0) for owner in owners])
         groups = assembler.scene.groups
-        self.parts = [
+        self.parts: list[list[int]] = [
             [b for k in part for b in assembler.blocks_of(groups[k])]
             for part in self.sketched.parts
         ]
-        self.columns = [
+        self.columns: list[list[int]] = [
             [i for b in blocks for i in self.graphs.blocks[b].own] for blocks in self.parts
         ]
-        self.choices = [self._choices(blocks) for blocks in self.parts]
+        self.choices: list[list[Floats]] = [self._choices(blocks) for blocks in self.parts]
         self._call: Call = self.graphs.cache("closed start", lambda: Call(self._function()))
 
     @property

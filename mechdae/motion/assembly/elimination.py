@@ -98,13 +98,13 @@ class BlockSolver(OtherForms):
     ) -> None:
         self.graph, self.p, self.n, self.size = graph, p[graph.params], graph.size, size
         self.values, self.scene = p, scene
-        self.angle = [scene.unknowns[i].kind is ANGLE for i in graph.own]
+        self.angle: list[bool] = [scene.unknowns[i].kind is ANGLE for i in graph.own]
         self.constant, self._F, self._batch = graph.cache("eliminate", lambda: _equations(graph))
-        self.linear = all(all(row) for row in self.constant)
-        self.turns = [_turns(slopes.get(i, [])) for i in graph.own]
+        self.linear: bool = all(all(row) for row in self.constant)
+        self.turns: list[tuple[int, int] | None] = [_turns(slopes.get(i, [])) for i in graph.own]
         self._scale, self._exact = 0.0, False
         self.linear = self.linear or (self._may_roll and self.rolls())
-        self.unwinds = not (self.linear or self._turns_alone) and self.unwinds_turns()
+        self.unwinds: bool = not (self.linear or self._turns_alone) and self.unwinds_turns()
         """Whether turns of the angles change the equations: wheels on racks among trigonometry."""
 
     @property

@@ -344,7 +344,7 @@ class OtherPoses:
         self.nearby, self.searched, self.measured, self.drawn = nearby, searched, measured, drawn
         self.answer: tuple[list[Floats], bool, NoPose | None] | None = None
         self.failure: NoPose | None = None
-        self.proven = True
+        self.proven: bool = True
         self._of_whole: list[Floats] | None = None
 
     def poses(self, b: int, start: Floats, result: Solutions | None, proven: bool) -> list[Floats]:

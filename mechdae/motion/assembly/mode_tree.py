@@ -112,17 +112,21 @@ class ModeTree:
 
     def __init__(self, assembler: ModeAssembling, u: Floats) -> None:
         self.assembler, self.scene, self.u = assembler, assembler.scene, u
-        self.groups = self.scene.groups
-        self.own = [
+        self.groups: list[Group] = self.scene.groups
+        self.own: list[list[int]] = [
             [i for b in assembler.blocks_of(group) for i in assembler.graphs.blocks[b].own]
             for group in self.groups
         ]
         self.needs, self.held = self._dependencies()
-        self.proven = True
+        self.proven: bool = True
         self._failed: tuple[int, NoPose] | None = None
         self._solved: dict[tuple[int, bytes], GroupSolutions] = {}
-        self.root = self._later(list(range(len(self.groups))), self._start(), 0)
-        self.count = 0 if self.root is None else math.prod(choice.count for choice in self.root)
+        self.root: list[GroupChoice] | None = self._later(
+            list(range(len(self.groups))), self._start(), 0
+        )
+        self.count: int = (
+            0 if self.root is None else math.prod(choice.count for choice in self.root)
+        )
         self.failure = None if self.count or self._failed is None else self._failed[1]
 
     def _start(self) -> Floats:

@@ -86,13 +86,17 @@ class BlockSearch:
         self.lengths, self.turning = np.flatnonzero(~angle), angle
         columns = ca.vec(graph.J[:, self.lengths.tolist()])
         bent = ca.jacobian(columns, graph.x)[:, self.lengths.tolist()].nnz() > 0
-        self.fitted = self.lengths[:0] if bent else self.lengths
+        self.fitted: Integers = self.lengths[:0] if bent else self.lengths
         """Lengths that follow from the angles: the equations are linear in all of them."""
-        self.scale = np.asarray(sizes, float)
-        self.period = np.array([solver.period(j) for j in range(self.n)])
-        self.quaternions = quaternions([solver.scene.unknowns[i] for i in graph.own])
-        self.row = np.array([solver.size if unit == "m" else 1.0 for unit in graph.block.units])
-        self.rounding = ROUNDING
+        self.scale: Floats = np.asarray(sizes, float)
+        self.period: Floats = np.array([solver.period(j) for j in range(self.n)])
+        self.quaternions: list[list[int]] = quaternions(
+            [solver.scene.unknowns[i] for i in graph.own]
+        )
+        self.row: Floats = np.array(
+            [solver.size if unit == "m" else 1.0 for unit in graph.block.units]
+        )
+        self.rounding: float = ROUNDING
         if graph.redundant:
             open_by = solver.scene.model.mechanism.tolerance
             self.rounding = max(ROUGH, open_by / solver.size)

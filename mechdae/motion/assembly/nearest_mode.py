@@ -83,7 +83,7 @@ class SketchOfGroup:
     def __init__(self, numbers: list[SketchNumber]) -> None:
         self.numbers = numbers
         key = tuple(number.coordinate.text for number in numbers)
-        self.values = local(
+        self.values: Local = local(
             numbers[0].scene, key, lambda: ca.vertcat(*[n.expression() for n in numbers])
         )
 
@@ -122,12 +122,14 @@ class Sketched:
 
     def __init__(self, assembler: Assembling) -> None:
         self.assembler, self.scene = assembler, assembler.scene
-        self.groups = self.scene.groups
-        self.stage = {body: k for k, group in enumerate(self.groups) for body in group.bodies}
+        self.groups: list[Group] = self.scene.groups
+        self.stage: dict[str, int] = {
+            body: k for k, group in enumerate(self.groups) for body in group.bodies
+        }
         mechanism = self.scene.model.mechanism
         angles = [(coordinate(mechanism, f"{b}.angle"), v) for b, v in assembler.sketch.items()]
         entries = [self.entry(c, value) for c, value in (*angles, *assembler.places.items())]
-        self.entries = [entry for entry in entries if entry is not None]
+        self.entries: list[SketchNumber] = [entry for entry in entries if entry is not None]
         of_stage: dict[int, list[SketchNumber]] = {}
         for entry in self.entries:
             of_stage.setdefault(entry.stage, []).append(entry)
@@ -136,8 +138,8 @@ class Sketched:
         self._known_parts: dict[tuple[int, ...], list[list[int]]] = self.scene.cache(
             ("parts of a sketch", names), dict
         )
-        self.parts = self._parts(list(range(len(self.groups))))
-        self.ended = False
+        self.parts: list[list[int]] = self._parts(list(range(len(self.groups))))
+        self.ended: bool = False
         """Whether the last search ended before all modes were compared."""
         self.turned: list[str] = []
         """Joints whose angles the sketch does not tell, and no point: the least were taken."""

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from mechdae.describe.coordinate_kinds import ANGLE, PLACE
 from mechdae.motion.assembly.nearest_mode import Sketched, SketchNumber
 from mechdae.types import Floats, Jacobian, Matrix, Unknowns
+
+if TYPE_CHECKING:
+    from mechdae.kernels.graphs.blocks import BlockGraph
 
 OWN = 1e-3
 """Largest step from a sketch to a pose that it is but for rounding [rad, sizes]."""
@@ -27,10 +30,10 @@ class SketchedBlock:
     def __init__(self, sketched: Sketched, b: int, u: Floats) -> None:
         assembler = self.assembler = sketched.assembler
         self.sketched, self.b, self.u, self.p = sketched, b, u, assembler.p
-        self.graph = assembler.graphs.blocks[b]
+        self.graph: BlockGraph = assembler.graphs.blocks[b]
         self.unknowns, self.size = self.graph.own, assembler.natural[self.graph.own]
         lengths = [unit == "m" for unit in self.graph.block.units]
-        self.units = np.where(lengths, assembler.size, 1.0)
+        self.units: Floats = np.where(lengths, assembler.size, 1.0)
 
     def equations(self, pose: Unknowns) -> tuple[Floats, Jacobian]:
         """Return residuals and Jacobian at a pose (nx,)."""

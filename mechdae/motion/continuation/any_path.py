@@ -78,15 +78,15 @@ class AnyPath(ABC):
     ) -> None:
         self.graphs, self.constants, self.whole = graphs, constants, whole
         self.largest, self.counts = largest, counts
-        self.far = np.where(graphs.scene.unknowns.lengths, FAR * constants.scale, np.inf)
-        self.groups = [group.index for group in graphs.scene.groups]
-        self.block_group = [graph.block.group for graph in graphs.blocks]
-        self.reach = {index: Reach() for index in self.groups}
+        self.far: Floats = np.where(graphs.scene.unknowns.lengths, FAR * constants.scale, np.inf)
+        self.groups: list[int] = [group.index for group in graphs.scene.groups]
+        self.block_group: list[int] = [graph.block.group for graph in graphs.blocks]
+        self.reach: dict[int, Reach] = {index: Reach() for index in self.groups}
         self.curves: CurveEnds | None = None
         """What watches contacts on curves, where there are any."""
         for watch in graphs.scene.cases("curve ends"):
             self.curves = watch(graphs, constants.p)
-        self.followed = {*self.block_group, *(self.curves.watched if self.curves else ())}
+        self.followed: set[int] = {*self.block_group, *(self.curves.watched if self.curves else ())}
         self.zones: list[Zone] = []
 
     @property

@@ -81,23 +81,29 @@ class Evaluator(BeyondEnds):
     def __init__(self, graphs: Graphs, outputs: Outputs) -> None:
         self.graphs, self.outputs = graphs, outputs
         self.pose: Batch = graphs.cache("poses", lambda: _poses_of(graphs)).counting()
-        self.groups = [group.index for group in graphs.scene.groups]
-        self.place = {index: j for j, index in enumerate(self.groups)}
-        self.column_group = np.zeros(graphs.nx, int)
+        self.groups: list[int] = [group.index for group in graphs.scene.groups]
+        self.place: dict[int, int] = {index: j for j, index in enumerate(self.groups)}
+        self.column_group: Integers = np.zeros(graphs.nx, int)
         for graph in graphs.blocks:
             self.column_group[graph.own] = self.place[graph.block.group]
-        self.block_group = np.array([self.place[graph.block.group] for graph in graphs.blocks], int)
+        self.block_group: Integers = np.array(
+            [self.place[graph.block.group] for graph in graphs.blocks], int
+        )
         unknowns = graphs.scene.unknowns
-        self.angles = unknowns.turns
-        self.lengths = np.array([unknowns.lengths[g.own].all() for g in graphs.blocks], bool)
-        self.turning = np.array([unknowns.turns[g.own].any() for g in graphs.blocks], bool)
+        self.angles: Booleans = unknowns.turns
+        self.lengths: Booleans = np.array(
+            [unknowns.lengths[g.own].all() for g in graphs.blocks], bool
+        )
+        self.turning: Booleans = np.array(
+            [unknowns.turns[g.own].any() for g in graphs.blocks], bool
+        )
         dyads = {group.index for group in graphs.scene.groups if group.is_dyad}
-        self.sign_tells = np.array([g.block.group in dyads for g in graphs.blocks], bool)
+        self.sign_tells: Booleans = np.array([g.block.group in dyads for g in graphs.blocks], bool)
         self.closing: Closing | None = None
         """Redundant equations, where there are any."""
         for make in graphs.scene.cases("closing"):
             self.closing = make(graphs)
-        self.refined = 0
+        self.refined: int = 0
 
     @cached_property
     def zones(self) -> ZonePoses:

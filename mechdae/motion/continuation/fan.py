@@ -9,7 +9,7 @@ from mechdae.kernels.run.functions import Batch
 from mechdae.motion.continuation.follower import extend
 from mechdae.motion.continuation.legs import SHORT, Legs, largest_step, later, resized
 from mechdae.motion.setup.scales import Constants
-from mechdae.types import Booleans, Floats, Unknowns
+from mechdae.types import Booleans, Floats, Points, Unknowns
 
 SMALLEST = 2.0**-14
 """Share of a largest step below which a line is given up: a limit or a change point is near."""
@@ -32,9 +32,9 @@ class Fan(Legs):
         self, graphs: Graphs, constants: Constants, corners: Floats, scales: Floats
     ) -> None:
         super().__init__(graphs, constants, corners, scales)
-        self.directions = corners[1:] - corners[0]
+        self.directions: Points = corners[1:] - corners[0]
         self._advance: Batch = graphs.cache("steps", lambda: Batch(graphs.advance))
-        self.reached = np.ones((len(corners), len(self.groups)), bool)
+        self.reached: Booleans = np.ones((len(corners), len(self.groups)), bool)
 
     def walk(self, x: Unknowns) -> None:
         """Follow all lines from the solved pose `x` (nx,) at the first corner."""

@@ -44,8 +44,8 @@ class Front:
     def __init__(self, path: Path, up: bool) -> None:
         self.path, self.up, self.sense = path, up, 1.0 if up else -1.0
         ends = {i: reach.high if up else reach.low for i, reach in path.reach.items()}
-        self.ended = {i for i, end in ends.items() if end}
-        self.alive = path.alive(self.ended)
+        self.ended: set[int] = {i for i, end in ends.items() if end}
+        self.alive: Booleans = path.alive(self.ended)
 
     @property
     def s(self) -> float:

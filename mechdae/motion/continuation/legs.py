@@ -67,19 +67,19 @@ class Legs(AnyPath):
         whole = np.concatenate([constants.consts, corners[0], nothing])
         super().__init__(graphs, constants, whole, 1.0, Counts())
         self.corners, self.scales = corners, scales
-        self.directions = np.diff(corners, axis=0)
-        self.leg = Path(graphs, constants, corners[0], nothing, 1.0, self.counts, within=True)
+        self.directions: Floats = np.diff(corners, axis=0)
+        self.leg: Path = Path(graphs, constants, corners[0], nothing, 1.0, self.counts, within=True)
         self.ended: set[int] = set()
         self._sizes = np.zeros(graphs.nx)
         self._visited: list[tuple[Any, Any]] = []
 
     def _begin(self, x: Unknowns) -> None:
         """Put the first corner: a solved pose `x` (nx,)."""
-        self.origin = (0.0, x)
+        self.origin: tuple[float, Floats] = (0.0, x)
         self.leg.begin(x, 0.0)
-        self.sign = self.leg.sign
+        self.sign: Floats = self.leg.sign
         self._signs = np.repeat(self.sign[None, :], len(self.corners), axis=0)
-        self.nodes = np.empty((len(self.corners), self.graphs.nx))
+        self.nodes: Floats = np.empty((len(self.corners), self.graphs.nx))
         self.nodes[0] = self.leg.state[0][: self.graphs.nx]
         self._state = self.leg.state[0]
 

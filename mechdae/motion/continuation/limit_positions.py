@@ -115,7 +115,7 @@ class LimitFinder:
         self.graphs, self.whole, self.drivers = graphs, whole, drivers
         self.p, self.mu, self.unit, scale = constants.p, constants.mu, unit, constants.scale
         self.scale, self.sizes = scale, graphs.scene.unknowns.sizes(scale)
-        self.weights = graphs.units(scale, self.p)[0]
+        self.weights: list[Floats] = graphs.units(scale, self.p)[0]
 
     def chain(self, b: int) -> tuple[list[int], list[int]]:
         """Return the unknowns of a block and its ancestors, and the block's places among them."""

@@ -51,13 +51,15 @@ class OutputBounds:
         if graphs.contacts:
             slope, rounding = graphs.output_bounds(*sizes, *constants.boxes)
             count = constants.boxes[0].shape[1]
-            self.rounding = np.array(rounding).reshape(graphs.ny, count).max(axis=1)
+            self.rounding: Floats = np.array(rounding).reshape(graphs.ny, count).max(axis=1)
             (rows, columns), values = slope.sparsity().get_triplet(), slope.nonzeros()
         else:
             rows, columns, call = graphs.output_slopes
             values, self.rounding = call(*sizes, *(part.ravel() for part in constants.boxes))
         self._rows = _rows(rows, columns, values, graphs.ny, graphs.nx)
-        self.words = {word: self.of(columns) for word, columns in outputs.bounded.items()}
+        self.words: dict[str, tuple[list[Row], float]] = {
+            word: self.of(columns) for word, columns in outputs.bounded.items()
+        }
         if outputs.matrices:
             rows, rounding = self.of(outputs.matrices)
             share = turned(graphs)

@@ -106,7 +106,7 @@ class Path(AnyPath):
         super().__init__(graphs, constants, whole, largest, counts or Counts())
         self.u0, self.d, self.within, self.on_change_point = u0, d, within, "continue"
         self._one, self._place = graphs.cache("step", lambda: Call(graphs.advance)), np.zeros(2)
-        self.tries = Tries()
+        self.tries: Tries = Tries()
         self._arrays: tuple[Floats, Floats, Floats, Floats] | None = None
         self.s: list[float] = []
         self.state: list[Floats] = []
@@ -168,8 +168,8 @@ class Path(AnyPath):
         state[: g.nx] = np.where(np.isfinite(state[: g.nx]), state[: g.nx], x)  # singular pose
         self.s, self.state, self._arrays = [s], [state], None
         redundant = np.array([graph.redundant for graph in g.blocks], bool)
-        self.sign = np.where(redundant, 1.0, np.sign(det))  # those must stay closed
-        self.front = {True: self.sign.copy(), False: self.sign.copy()}
+        self.sign: Floats = np.where(redundant, 1.0, np.sign(det))  # those must stay closed
+        self.front: dict[bool, Floats] = {True: self.sign.copy(), False: self.sign.copy()}
 
     def sign_at(self, s: Floats) -> Floats:
         """Return the signs of the blocks' determinants on the path, (n, nb)."""
@@ -184,7 +184,7 @@ class Path(AnyPath):
         """Use the path for another line u = u0 + s d; it then begins again."""
         self.u0, self.d, self.largest = u0, d, largest
         self.whole[-2 * len(d) :] = np.concatenate([u0, d])
-        self.reach = {index: Reach() for index in self.groups}
+        self.reach: dict[int, Reach] = {index: Reach() for index in self.groups}
         self.__dict__.pop("finders", None)
         self.zones, self.flips = [], [[] for _ in self.graphs.blocks]
         if self.curves is not None:

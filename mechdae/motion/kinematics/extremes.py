@@ -45,9 +45,9 @@ class Spans:
         high: float,
         between: Sequence[float] = (),
     ) -> None:
-        self.entries = _spanned(outputs)
+        self.entries: list[tuple[int, str, str]] = _spanned(outputs)
         self.evaluations = self.refined = 0  # beside those that the evaluator counts
-        self.later = LazyPart(lambda: {})
+        self.later: LazyPart = LazyPart(lambda: {})
         if not self.entries or len(poses.y) < 3:
             return
         ahead = before_limits(path) if path.ends else ()

@@ -58,7 +58,9 @@ class NearNumbers:
         self._links = [
             pins for name in mechanism.bodies for pins in self._pins(mechanism, name) if pins
         ]
-        self.usable = all(name in places for name in self.names) and self._alone(mechanism, task)
+        self.usable: bool = all(name in places for name in self.names) and self._alone(
+            mechanism, task
+        )
 
     def _expressions(self, mechanism: Mechanism) -> list[tuple[str, str]]:
         """Return parameters that are expressions of what changes, each after those it needs."""

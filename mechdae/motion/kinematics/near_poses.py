@@ -76,7 +76,7 @@ class NearPoses:
     def __init__(self, setting: Setting, start: ClosedStart, numbers: NearNumbers) -> None:
         self.setting, self._start, self._numbers = setting, start, numbers
         graphs = self.graphs = setting.graphs
-        self.names = numbers.names
+        self.names: tuple[str, ...] = numbers.names
         self._one_pose = OnePose(graphs, setting.outputs)
         self._one: Call = graphs.cache("step", lambda: Call(graphs.advance))
         self._poses = self._one_pose.evaluator.pose

@@ -30,7 +30,7 @@ class Posed:
         else:
             u, x = first_pose(setting, task)
         self._begin, self._x = float(u[0]), x
-        self.evaluator = Evaluator(setting.graphs, setting.outputs)
+        self.evaluator: Evaluator = Evaluator(setting.graphs, setting.outputs)
         self._low = self._high = self._begin
         self._path: Path | None = None
 

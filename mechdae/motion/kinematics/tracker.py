@@ -52,7 +52,7 @@ class Tracker:
         closing = self._one.evaluator.closing
         self._plain = not self.graphs.contacts and closing is None
         self._numbers: _Numbers | None = None
-        self.first = self._begun(values, x, Constants(self.graphs, values))
+        self.first: PoseState = self._begun(values, x, Constants(self.graphs, values))
         """The pose that it begins with."""
 
     def _begun(self, values: Floats, x: Unknowns, numbers: Constants) -> PoseState:

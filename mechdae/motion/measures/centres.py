@@ -66,7 +66,9 @@ class Planes:
         self.angle: dict[str, Floats] = {GROUND: np.zeros(self.count)}
         self.turn: dict[str, Any] = {GROUND: np.zeros(self.count)}
         self.pins: dict[frozenset[str], Points] = {}
-        self.pinned = {name for name in bodies_of(outputs.scene) if is_pinned(outputs.scene, name)}
+        self.pinned: set[str] = {
+            name for name in bodies_of(outputs.scene) if is_pinned(outputs.scene, name)
+        }
         numbers = model.mechanism.values()
         for entry in outputs.entries:
             columns = list(entry.columns)

@@ -88,17 +88,17 @@ class Track:
     ) -> None:
         self.evaluator, self.path, self.is_angle, self.scale = evaluator, path, is_angle, scale
         self.low, self.high = float(np.min(values)), float(np.max(values))
-        self.sense = 1.0 if len(values) < 2 or values[-1] >= values[0] else -1.0
-        self.unit = 1.0 if is_angle else scale
+        self.sense: float = 1.0 if len(values) < 2 or values[-1] >= values[0] else -1.0
+        self.unit: float = 1.0 if is_angle else scale
         self.turns = turns
-        self.lost = 0
+        self.lost: int = 0
         self._bounds: OutputBounds | None = None
         self._turning = {
             entry.columns[0] for entry in evaluator.outputs.entries if entry.quantity is ANGLE
         }
         self._grid = Sample(np.zeros(0), [])
         self._samples: dict[Piece, Sample] = {}
-        self.margin = path.largest
+        self.margin: float = path.largest
         self.reach(self.low - self.margin, self.high + self.margin)
 
     def at(self, s: Floats | list[float]) -> Sample:

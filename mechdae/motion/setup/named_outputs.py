@@ -80,7 +80,9 @@ class NamedOutputs:
         self.rates: dict[str, int] = {}
         self.forced: dict[str, list[str]] = {}
         """Outputs that use forces, with the names of these."""
-        self.orders = {name: coordinates_of(model.mechanism, name) for name in names}
+        self.orders: dict[str, dict[str, int]] = {
+            name: coordinates_of(model.mechanism, name) for name in names
+        }
         for name in names:
             missing, forces = self._missing(name, time, driven), forces_of(model.mechanism, name)
             if missing and name in listed:
@@ -93,9 +95,13 @@ class NamedOutputs:
             else:
                 highest = max(self.orders[name].values(), default=0)
                 self.rates[name] = derivatives - highest
-        self.forces = sorted({force for forces in self.forced.values() for force in forces})
+        self.forces: list[str] = sorted(
+            {force for forces in self.forced.values() for force in forces}
+        )
         computed = [*self.rates, *self.forced]
-        self.coordinates = list(dict.fromkeys(c for n in computed for c in self.orders[n]))
+        self.coordinates: list[str] = list(
+            dict.fromkeys(c for n in computed for c in self.orders[n])
+        )
         count = derivatives + 1
         self._symbols = [SX.sym(f"c{k}", len(self.coordinates)) for k in range(count)]
         self._time = SX.sym(TIME)

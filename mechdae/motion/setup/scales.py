@@ -55,8 +55,8 @@ class Constants:
         p: Floats | None = None,
     ) -> None:
         self.graphs = graphs
-        self.p = graphs.scene.model.p_values if p is None else np.asarray(p, float)
-        self.scale = graphs.scene.model.mechanism.scale
+        self.p: Floats = graphs.scene.model.p_values if p is None else np.asarray(p, float)
+        self.scale: float = graphs.scene.model.mechanism.scale
         angle = graphs.scene.unknowns.turns
         if size_x is None:
             turned = np.array([c.is_angle for c in graphs.scene.drivers], bool)
@@ -67,9 +67,9 @@ class Constants:
                 turned_by = (4 * np.pi + 2 * largest) if contact.closed else 0.2 * np.pi
                 size_x[i] = max(map(abs, contact.range)) + turned_by * contact.unit
         self.size_x, self.size_u = np.asarray(size_x, float), np.abs(np.asarray(size_u, float))
-        self.boxes = boxes_of(graphs)
+        self.boxes: tuple[Floats, Floats] = boxes_of(graphs)
         self.floors, self.measured = self._floors(measured)
-        self.estimated = self.measured or (bool(graphs.contacts) and graphs.floors.pieces)
+        self.estimated: bool = self.measured or (bool(graphs.contacts) and graphs.floors.pieces)
         sizes = (self.size_x, self.size_u, self.p)
         if graphs.contacts:
             values = graphs.constants(*sizes, self.scale, self.floors, *self.boxes)

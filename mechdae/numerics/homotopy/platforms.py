@@ -109,10 +109,10 @@ class StudyChart:
     """The solutions with c.e = 1 and c.f = 0, as y (n, 6)."""
 
     def __init__(self, c: Complexes) -> None:
-        self.c = c / np.linalg.norm(c)
+        self.c: Complexes = c / np.linalg.norm(c)
         q, _ = np.linalg.qr(np.concatenate([self.c.conj()[:, None], np.eye(4)], axis=1))
         across = q[:, 1:4]
-        self.basis = np.zeros((8, 7), complex)
+        self.basis: Complexes = np.zeros((8, 7), complex)
         """(e, f) = basis (1, y); its columns are orthonormal."""
         self.basis[:4, 0] = self.c.conj()
         self.basis[:4, 1:4] = self.basis[4:, 4:] = across

@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable, Iterable
 from functools import partial
 from statistics import median
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import casadi as ca
 import numpy as np
@@ -23,6 +23,9 @@ from mechdae.errors import MechdaeError
 from mechdae.parts.bench.runs import yardstick
 from mechdae.records import dataclass
 from mechdae.types import Floats, Graph, Unknowns
+
+if TYPE_CHECKING:
+    from mechdae.kernels.graphs.equations_of_motion import Kernel
 
 SX = ca.SX
 TIGHT = 1e-13
@@ -51,13 +54,13 @@ class MotionWork:
     """
 
     def __init__(self, problem: Problem, name: str, run: MotionRun, x: Unknowns, v: Floats) -> None:
-        self.name = f"{problem.name} {name}"
+        self.name: str = f"{problem.name} {name}"
         self.problem, self.key = problem, name
         self.run, self.x, self.v = run, x, v
         self.setup, self.integrator = self.run.setup, self.run.integrator
-        self.kernel = self.setup.kernel
-        self.none = self.setup.loose
-        self.sizes = self.kernel.sizes
+        self.kernel: Kernel = self.setup.kernel
+        self.none: Floats = self.setup.loose
+        self.sizes: Floats = self.kernel.sizes
         self._outputs, self._wanted, self._units, self._allowed = _expected(
             self.setup, problem, name
         )
@@ -118,7 +121,7 @@ class RubbingWork(MotionWork):
     def fresh(self) -> MotionRun:
         """Return a run without a past; what has been built for the last one stays."""
         last = self.run
-        self.run = MotionRun(self.setup, last.begin, self.integrator)
+        self.run: MotionRun = MotionRun(self.setup, last.begin, self.integrator)
         return self.run
 
     def ours(self, tolerance: float) -> MotionEnd:

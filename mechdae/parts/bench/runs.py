@@ -52,7 +52,7 @@ class BenchRun:
     def __init__(self, path: Path | None = None) -> None:
         begun = datetime.now(UTC)
         self.path, self.records = path, list[dict[str, Any]]()
-        self.name = f"{begun:%Y-%m-%dT%H:%M:%SZ}-{os.getpid()}"
+        self.name: str = f"{begun:%Y-%m-%dT%H:%M:%SZ}-{os.getpid()}"
 
     def add(self, records: Iterable[Json]) -> list[Json]:
         """Return rows just measured with what tells their run; they are written with the others."""

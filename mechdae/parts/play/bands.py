@@ -72,11 +72,11 @@ class BandGraphs:
         ]
         self.p, self.y = model.p, ca.vertcat(*outputs)
         self.phi = ca.vertcat(*[row.expression for row in self.rows])
-        self.inverse = SX.sym("Y", len(keys), len(keys))
-        self.r = SX.sym("r", len(keys))
+        self.inverse: Sym = SX.sym("Y", len(keys), len(keys))
+        self.r: Sym = SX.sym("r", len(keys))
         recovered = ca.vertcat(*scene.recover.values())
-        self.recovered = self._batch("q", [scene.x, scene.u, self.p], [recovered])
-        self.cache = StructureCache()
+        self.recovered: Batch = self._batch("q", [scene.x, scene.u, self.p], [recovered])
+        self.cache: StructureCache = StructureCache()
         if len(self.rows) != len(keys):
             raise UnavailableError(
                 f"bands need as many equations as coordinates, here are {len(self.rows)} and "

@@ -25,6 +25,7 @@ from mechdae.parts.proof.mechanism import as_text
 from mechdae.types import Floats, Json
 
 if TYPE_CHECKING:
+    from mechdae.parts.proof.checker.counts import Theorems
     from mechdae.parts.proof.checker.mechanism import ClaimedMechanism
     from mechdae.parts.proof.checker.space import SpatialMechanism
 
@@ -259,9 +260,9 @@ class PoseSearch:
 
     def __init__(self, content: Json) -> None:
         self.m: Any = mechanism_of(content["mechanism"])
-        self.theorems = IN_SPACE if self.m.dimension == 3 else IN_PLANE
+        self.theorems: Theorems = IN_SPACE if self.m.dimension == 3 else IN_PLANE
         self.u, self.groups = exact(content["at"], "at"), content["groups"]
-        self.count = counted(self.m, self.groups)
+        self.count: int = counted(self.m, self.groups)
         self.rng = random.Random(7)
 
     def found(self, starts: list[Any], drawn: int = STARTS) -> list[list[Any]]:

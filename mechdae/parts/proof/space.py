@@ -128,8 +128,8 @@ class SpatialFrames:
     def __init__(self, scene: Scene, names: list[tuple[str, str]]) -> None:
         self.names, self.p = names, scene.model.p_values
         model: Any = scene.model
-        self.bodies = list(dict.fromkeys(owner for owner, word in names if word == "x"))
-        self.turns = list(dict.fromkeys(owner for owner, word in names if word == "0"))
+        self.bodies: list[str] = list(dict.fromkeys(owner for owner, word in names if word == "x"))
+        self.turns: list[str] = list(dict.fromkeys(owner for owner, word in names if word == "0"))
         joints = [(owner, word) for owner, word in names if word not in "xyz0123"]
         rows = [model.origin(body) for body in self.bodies]
         rows += [ca.vec(model.frame(body).R) for body in self.turns]

@@ -93,13 +93,17 @@ class SeriesBatch:
     ) -> None:
         self.problem, self.task, self.names, self.outputs = problem, task, list(names), outputs
         self.wrong: dict[int, tuple[str, str]] = {}
-        self.setting = self._prepared()
+        self.setting: Setting = self._prepared()
         read = [self._reading(path) for path in outputs]
-        self.unread = [path for path, reading in zip(outputs, read, strict=True) if reading is None]
-        self.read = [reading for reading in read if reading is not None]
-        self.series = [reading for reading in self.read if isinstance(reading, SeriesReading)]
-        self.asked = self._selected()
-        self.why_not = self._why_not()
+        self.unread: list[str] = [
+            path for path, reading in zip(outputs, read, strict=True) if reading is None
+        ]
+        self.read: list[Reading] = [reading for reading in read if reading is not None]
+        self.series: list[SeriesReading] = [
+            reading for reading in self.read if isinstance(reading, SeriesReading)
+        ]
+        self.asked: Asked = self._selected()
+        self.why_not: str = self._why_not()
 
     def _prepared(self) -> Setting:
         return prepare(self.problem, self.task, free=self.names)
@@ -137,11 +141,11 @@ class SeriesBatch:
             groups = {graphs.blocks[b].block.group for b in form}
             names = ", ".join(group.name for group in setting.scene.groups if group.index in groups)
             return f"no closed form of group {names} is known: it is no dyad"
-        self.modes = StartingModes(setting, form)
+        self.modes: StartingModes = StartingModes(setting, form)
         made = partial(LanePoses, graphs, setting.outputs, form)
-        self.poses = made(self.asked)
+        self.poses: LanePoses = made(self.asked)
         of_way = [reading for reading in self.read if isinstance(reading, WayReading)]
-        self.ways = None
+        self.ways: Ways | None = None
         if of_way:
             values, is_angle = setting.plan.values[:, 0], setting.plan.coordinates[0].is_angle
             if values.min() == values.max():

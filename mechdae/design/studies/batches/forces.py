@@ -58,7 +58,7 @@ class ForcesBatch(SeriesBatch):
         return prepare(self.problem, wanted, loaded_bodies, requests, self.names)
 
     def _more(self) -> tuple[tuple[int, tuple[int, ...]], ...]:
-        self.unknowns = unknown_columns(self.setting)
+        self.unknowns: list[int] = unknown_columns(self.setting)
         return ((2, tuple(self.unknowns)),)
 
     def _reading(self, path: str) -> Reading | None:
@@ -86,7 +86,7 @@ class ForcesBatch(SeriesBatch):
             return (
                 f"joint {model.mesh_names[0]} is a mesh: whether it is real is a matter of numbers"
             )
-        self.statics = LaneStatics(self.setting, task)
+        self.statics: LaneStatics = LaneStatics(self.setting, task)
         if self.statics.loads.timed or self.statics.loads.uses_time:
             return "a load depends on the time"
         known = self._tables(self.statics, self._nothing())

@@ -133,9 +133,9 @@ class Ways:
     ) -> None:  # fmt: skip
         self.readings, self.is_angle = list(readings), is_angle
         self.low, self.high = float(values.min()), float(values.max())
-        self.sense = 1.0 if values[-1] >= values[0] else -1.0
+        self.sense: float = 1.0 if values[-1] >= values[0] else -1.0
         asked = [(ORDERS.get(reading.kind, 2), reading.columns) for reading in self.readings]
-        self.poses = poses(Asked(tuple(asked)))
+        self.poses: LanePoses = poses(Asked(tuple(asked)))
 
     @property
     def strokes(self) -> bool:

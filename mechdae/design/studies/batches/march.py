@@ -94,13 +94,13 @@ class LaneFollower:
         self.graphs, self.form, self.largest = graphs, form, largest
         self.advance: Batch = graphs.cache("lanes", lambda: Batch(graphs.advance, many=MANY))
         tail = np.broadcast_to([0.0, 1.0], (len(consts), 2))  # u0 and d: the driver itself
-        self.numbers = np.ascontiguousarray(np.hstack([consts, tail]).T)
+        self.numbers: Floats = np.ascontiguousarray(np.hstack([consts, tail]).T)
         far = np.where(graphs.scene.unknowns.lengths, FAR * scale[:, None], np.inf)
-        self.bound = np.ascontiguousarray(np.minimum(size_x, far).T)
-        self.p = consts[:, : graphs.np]
+        self.bound: Floats = np.ascontiguousarray(np.minimum(size_x, far).T)
+        self.p: Floats = consts[:, : graphs.np]
         group = [graph.block.group for graph in graphs.blocks]
         hanging = {index: graphs.scene.hanging(index) for index in set(group)}
-        self.hanging = np.array([[b in hanging[a] for b in group] for a in group], bool)
+        self.hanging: Booleans = np.array([[b in hanging[a] for b in group] for a in group], bool)
         """Which blocks end with a block."""
 
     def begin(self, x: Unknowns, s: Floats) -> tuple[Followed, FrontStates]:
@@ -116,7 +116,7 @@ class LaneFollower:
                 moved = np.abs(state[: g.nx] - before).max(axis=0, initial=0.0)
             if not np.any(moved > 1e-13 * (1 + np.abs(before).max(initial=0.0))):
                 break
-        self.sign = np.sign(det)
+        self.sign: Floats = np.sign(det)
         with np.errstate(invalid="ignore"):
             left = ~(moved < 1e-9) | ~np.isfinite(state).all(axis=0)
             left |= (np.abs(state[: g.nx]) > self.bound).any(axis=0) | (self.sign == 0).any(axis=0)

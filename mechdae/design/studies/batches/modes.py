@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,6 +16,9 @@ from mechdae.motion.assembly.nearest_mode import SketchNumber, told_apart
 from mechdae.motion.kinematics.prepared import Setting
 from mechdae.records import dataclass
 from mechdae.types import Booleans, Floats, Matrices, Matrix, Unknowns
+
+if TYPE_CHECKING:
+    from mechdae.motion.assembly.nearest_mode import Sketched
 
 MOST = 64
 """Modes that are compared in one part of the mechanism, at most."""
@@ -39,8 +43,8 @@ class StartingModes:
     def __init__(self, setting: Setting, form: ClosedForm) -> None:
         self.setting, self.form, self.graphs = setting, form, setting.graphs
         self.assembler, self.scene = setting.assembler, setting.scene
-        self.sketched = self.assembler.sketched
-        self.parts = [self._blocks(part) for part in self.sketched.parts]
+        self.sketched: Sketched = self.assembler.sketched
+        self.parts: list[list[int]] = [self._blocks(part) for part in self.sketched.parts]
 
     @property
     def usable(self) -> bool:

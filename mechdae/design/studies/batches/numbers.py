@@ -56,7 +56,9 @@ class Columns:
         self.bad = ~np.isfinite(sets).all(axis=1)
         given = {name: sets[:, j].astype(object) for j, name in enumerate(names)}
         self.known: dict[str, Any] = {}
-        self.direct = {n: given[n] for n in given if n not in mechanism.parameters}
+        self.direct: dict[str, Floats] = {
+            n: given[n] for n in given if n not in mechanism.parameters
+        }
         for name in mechanism.parameters:
             self._visit(name, given)
 

@@ -82,11 +82,11 @@ class LaneNodes:
 
     def _enter(self, lanes: Integers, s: Floats, states: Matrices, count: int) -> None:
         self.lanes, self.s, self.states = lanes, s, states
-        self.first = np.searchsorted(lanes, np.arange(count + 1))
-        self.count = np.diff(self.first)
+        self.first: Integers = np.searchsorted(lanes, np.arange(count + 1))
+        self.count: Integers = np.diff(self.first)
         h = np.diff(s, append=0.0)
         h[self.first[1:] - 1] = 0.0
-        self.width = np.where(h == 0, 1.0, h)
+        self.width: Floats = np.where(h == 0, 1.0, h)
 
     def take(self, rows: Integers) -> LaneNodes:
         """Return the nodes of some lanes, rising, which are numbered again."""
@@ -144,13 +144,13 @@ class LanePoses:
         key = ("poses of lanes", asked.order, tuple(asked.columns), asked.bounds)
         self.pose: Batch = graphs.cache(key, lambda: Batch(_only(graphs, asked)))
         unknowns = graphs.scene.unknowns
-        self.angles = unknowns.turns[:, None]
+        self.angles: Booleans = unknowns.turns[:, None]
         turning = [unknowns.turns[g.own].any() for g in graphs.blocks]
-        self.most = np.where(turning, CARRIED, np.inf)[:, None]
+        self.most: Floats = np.where(turning, CARRIED, np.inf)[:, None]
         lengths = np.array([unknowns.lengths[g.own].all() for g in graphs.blocks], bool)
         self.tiny = TINY * np.where(lengths, 1.0, 0.0)[:, None], TINY * ~lengths[:, None]
         groups = [graph.block.group for graph in graphs.blocks]
-        self.users = np.zeros((len(asked.columns), graphs.nb), bool)
+        self.users: Booleans = np.zeros((len(asked.columns), graphs.nb), bool)
         """Which blocks a column depends on."""
         place = {column: k for k, column in enumerate(asked.columns)}
         for entry in outputs.entries:

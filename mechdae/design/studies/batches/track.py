@@ -55,12 +55,12 @@ class LaneTrack:
         self.poses, self.lanes, self.nodes = poses, lanes, nodes
         self.first, self.last, self.scale, self.step = first, last, scale, step
         self.sense = sense
-        self.unit = np.ones(len(scale)) if is_angle else scale
-        self.good = np.ones(len(scale), bool)
-        self.place = {column: k for k, column in enumerate(poses.asked.columns)}
+        self.unit: Floats = np.ones(len(scale)) if is_angle else scale
+        self.good: Booleans = np.ones(len(scale), bool)
+        self.place: dict[int, int] = {column: k for k, column in enumerate(poses.asked.columns)}
         self.lane, self.s, node = self._places()
-        self.y = self.at(self.lane, self.s, node)
-        self.next = self.lane[:-1] == self.lane[1:]
+        self.y: list[Matrix] = self.at(self.lane, self.s, node)
+        self.next: Booleans = self.lane[:-1] == self.lane[1:]
 
     def _places(self) -> tuple[Integers, Floats, Integers]:
         """Return lanes and places of the sample: nodes, ends, and more where a body turns fast."""

@@ -141,16 +141,16 @@ class PathConditions:
         self.count, self.given = count, tuple(name for name in NAMES if name in set(given))
         if len(self.given) != DIMENSIONS - count:
             raise ValueError(f"{count} points and {len(self.given)} dimensions")
-        self.long = bool({"along", "across"} & set(self.given))
-        self.unknowns = 8 + self.long
-        self.places = count - 1
-        self.size = 2 * self.places + len(self.given)
-        self.quadrics = [_quadric(name, self.long) for name in self.given]
+        self.long: bool = bool({"along", "across"} & set(self.given))
+        self.unknowns: int = 8 + self.long
+        self.places: int = count - 1
+        self.size: int = 2 * self.places + len(self.given)
+        self.quadrics: list[_Row] = [_quadric(name, self.long) for name in self.given]
         if self.long:
             Q = _form(9, (X, X_, 1), (X, Y_, -1), (Y, X_, -1), (Y, Y_, 1), (LENGTH, LENGTH, -1))
             self.quadrics.append(_Row(Q, np.zeros(9), np.zeros(9), 0))
         probes = np.random.default_rng(1442).normal(size=(4, PROBES))
-        self.probes = probes[:2] + 1j * probes[2:]
+        self.probes: Complexes = probes[:2] + 1j * probes[2:]
 
     # -- the family ----------------------------------------------------------------------------
 

@@ -26,7 +26,7 @@ from mechdae.errors import InputError, UnknownName
 from mechdae.numerics.levenberg import DistinctSolutions, Rows, solve_all
 from mechdae.numerics.linear_fits import linear_fit
 from mechdae.records import dataclass
-from mechdae.types import Complexes, Floats, Matrices, Matrix, Points, Unknowns
+from mechdae.types import Complexes, Floats, Integers, Matrices, Matrix, Points, Unknowns
 
 if TYPE_CHECKING:
     from numpy.random import Generator
@@ -65,13 +65,15 @@ class PathRows:
 
     def __init__(self, targets: Complexes, given: Mapping[str, float]) -> None:
         self.targets = targets
-        self.polar = any(name in POLAR for name in given)
+        self.polar: bool = any(name in POLAR for name in given)
         names = [POLAR.get(name, name) for name in given]
-        self.free = np.array([i for i, name in enumerate(DIMENSIONS) if name not in names], int)
-        self.fixed = np.setdiff1d(np.arange(9), self.free)
+        self.free: Integers = np.array(
+            [i for i, name in enumerate(DIMENSIONS) if name not in names], int
+        )
+        self.fixed: Integers = np.setdiff1d(np.arange(9), self.free)
         sizes = [abs(value) for name, value in given.items() if name != "turn"]
-        self.reach = max(1.0, *sizes) if sizes else 1.0
-        self.values = np.zeros(9)
+        self.reach: float = max(1.0, *sizes) if sizes else 1.0
+        self.values: Floats = np.zeros(9)
         for name, value in zip(names, given.values(), strict=True):
             squared = name in ("crank", "rocker")
             self.values[DIMENSIONS.index(name)] = value * value if squared else value

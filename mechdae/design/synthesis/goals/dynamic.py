@@ -38,10 +38,10 @@ class Dynamic(Goal):
         self, asked: Asked, name: str, outcome: Outcome, bounds: tuple[float, float] | None = None
     ) -> None:
         self.asked, self.name, self.outcome = asked, name, outcome
-        self.sense = asked.sense
-        self.unit = abs(outcome.here) or 1.0
+        self.sense: int = asked.sense
+        self.unit: float = abs(outcome.here) or 1.0
         self.bounds = bounds
-        self.exact = bounds is not None
+        self.exact: bool = bounds is not None
         self._called = Called(f"{name}_value", outcome)
 
     @property

@@ -61,10 +61,10 @@ class ExtremeGoal(Goal):
                 f"the {asked.reduce} of a transmission angle is no goal", where=f"{name}.reduce",
                 hint='reduce = "least" is the worst of its poses',
             )  # fmt: skip
-        self.sense = asked.sense
+        self.sense: int = asked.sense
         self.unit = typical
         self.bounds = bounds
-        self.exact = bounds is not None
+        self.exact: bool = bounds is not None
 
     def bodies(self) -> tuple[str, ...]:
         return self.quantity.bodies

@@ -49,14 +49,14 @@ class Function(Goal):
 
     def __init__(self, asked: FunctionTargets, name: str) -> None:
         self.asked, self.name = asked, name
-        self.minimax = asked.measure == "minimax"
-        self.exact = asked.measure == "exact"
-        self.between_nodes = not asked.targets
-        self.senses = asked.senses
+        self.minimax: bool = asked.measure == "minimax"
+        self.exact: bool = asked.measure == "exact"
+        self.between_nodes: bool = not asked.targets
+        self.senses: tuple[int, ...] = asked.senses
         self.inputs, self.outputs = self._scales(asked.nodes)
-        self.size = float(np.ptp(self.outputs)) or 1.0
-        self.unit = self.size if self.minimax else self.size**2
-        self.weight = 10.0 if self.minimax else 1.0
+        self.size: float = float(np.ptp(self.outputs)) or 1.0
+        self.unit: float = self.size if self.minimax else self.size**2
+        self.weight: float = 10.0 if self.minimax else 1.0
 
     def _scales(self, count: int, even: bool = False) -> tuple[Floats, Floats]:
         """Return input and output at nodes, each from the start of its scale."""

@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from numpy.random import Generator
 
     from mechdae.design.synthesis.fourbar.projection import StartingFourBar
+    from mechdae.design.synthesis.goals.visited import Visited
 
 
 SX = ca.SX
@@ -59,20 +60,20 @@ class VisitsGoal(Goal):
 
     def __init__(self, asked: Asked, name: str) -> None:
         self.asked, self.name = asked, name
-        self.visited = visited(asked)
-        self.targets = self.visited.wanted
-        self.weights = np.array(asked.weights)
-        self.steps = np.array(asked.programme)
-        self.count = len(self.targets)
-        self.size = self.visited.size
-        self.exact = asked.measure == "exact"
-        self.minimax = asked.measure == "minimax"
+        self.visited: Visited = visited(asked)
+        self.targets: Floats = self.visited.wanted
+        self.weights: Floats = np.array(asked.weights)
+        self.steps: Floats = np.array(asked.programme)
+        self.count: int = len(self.targets)
+        self.size: float = self.visited.size
+        self.exact: bool = asked.measure == "exact"
+        self.minimax: bool = asked.measure == "minimax"
         self.follow: Follow = here
         self.within: WithinBounds | None = None
-        self.freedoms = 0
-        self.sound = 0
+        self.freedoms: int = 0
+        self.sound: int = 0
         self.defective: list[tuple[Drawn, tuple[str, ...]]] | None = None
-        self.unit = self.size if self.minimax else self.size**2
+        self.unit: float = self.size if self.minimax else self.size**2
 
     def bodies(self) -> tuple[str, ...]:
         return (self.asked.what.split(".")[0],)

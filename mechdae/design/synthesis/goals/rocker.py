@@ -50,12 +50,12 @@ class RockerGoal(Goal):
         self.asked: Asked = asked
         self.name, self.word, self.bounds = name, word, bounds
         self.path = path
-        self.exact = not sense
-        self.sense = sense or 1
+        self.exact: bool = not sense
+        self.sense: int = sense or 1
         self.typical = typical
-        self.unit = typical if word == "reach" else 1.0
+        self.unit: float = typical if word == "reach" else 1.0
         ratio = asked.time_ratio
-        self.stroke = None if ratio is None else TURN * ratio / (1 + ratio)
+        self.stroke: float | None = None if ratio is None else TURN * ratio / (1 + ratio)
 
     between_nodes = False
 
@@ -95,7 +95,7 @@ class RockerGoal(Goal):
         begin = nlp.variable(self.key("begin"), 1, -WIDE, WIDE)
         free = self.stroke is None
         free_stroke = nlp.variable(self.key("stroke"), int(free), TURN * LEAST, TURN * (1 - LEAST))
-        stroke: float = free_stroke if free else self.stroke
+        stroke = free_stroke if self.stroke is None else self.stroke
         x = space.pose_variables(nlp, self.key("x"), 2)
         fast = np.tile(FAST * space.natural, 2)
         scale = np.tile(space.natural, 2)

@@ -45,8 +45,8 @@ class StraightGoal(Goal):
 
     def __init__(self, asked: StraightLine, name: str) -> None:
         self.asked, self.name = asked, name
-        self.shares = np.linspace(0, 1, asked.nodes)
-        self.inputs = asked.arc * self.shares
+        self.shares: Floats = np.linspace(0, 1, asked.nodes)
+        self.inputs: Floats = asked.arc * self.shares
 
     def bodies(self) -> tuple[str, ...]:
         return (self.asked.point.split(".")[0],)

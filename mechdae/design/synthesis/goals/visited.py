@@ -28,11 +28,13 @@ class Visited:
     """
 
     def __init__(self, asked: Visits) -> None:
-        self.what = asked.what
+        self.what: str = asked.what
         places = np.array(asked.places)
-        self.width = places.shape[1]
-        self.wanted = self._rows(asked)
-        self.size = float(np.sqrt(np.mean(np.sum((places - places.mean(axis=0)) ** 2, axis=1))))
+        self.width: int = places.shape[1]
+        self.wanted: Floats = self._rows(asked)
+        self.size: float = float(
+            np.sqrt(np.mean(np.sum((places - places.mean(axis=0)) ** 2, axis=1)))
+        )
 
     def _rows(self, asked: Visits) -> Floats:
         return np.array(asked.targets)

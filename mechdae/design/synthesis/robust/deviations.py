@@ -19,7 +19,7 @@ from mechdae.design.synthesis.poses import FreePoses
 from mechdae.design.synthesis.space import DesignSpace
 from mechdae.equations.parameters import parameters_of
 from mechdae.kernels.run.functions import without_repeats
-from mechdae.types import Graph, Sym
+from mechdae.types import Floats, Graph, Sym
 
 SX = ca.SX
 PROBES = 9
@@ -36,9 +36,9 @@ class Deviations:
 
     def __init__(self, poses: FreePoses, tolerances: Mapping[str, float], factor: float) -> None:
         self.poses, self.factor = poses, factor
-        self.names = list(tolerances)
-        self.sigmas = np.array(list(tolerances.values())) / np.sqrt(3)
-        self.others = [name for name in self.names if name not in poses.free]
+        self.names: list[str] = list(tolerances)
+        self.sigmas: Floats = np.array(list(tolerances.values())) / np.sqrt(3)
+        self.others: list[str] = [name for name in self.names if name not in poses.free]
 
     @property
     def count(self) -> int:

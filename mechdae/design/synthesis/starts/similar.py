@@ -21,7 +21,7 @@ import numpy as np
 from mechdae.design.synthesis.space import DesignSpace
 from mechdae.kernels.run.functions import Batch
 from mechdae.numerics.linear_fits import linear_fit
-from mechdae.types import Booleans, Floats, Matrices, Sym, Unknowns
+from mechdae.types import Booleans, Floats, Integers, Matrices, Sym, Unknowns
 
 if TYPE_CHECKING:
     from numpy.random import Generator
@@ -64,10 +64,12 @@ class Linear:
         enters = np.max(closed, axis=0) > NO_EFFECT
         # angles of a body cannot be shifted linearly; a point's coordinates can
         bent = self._bent(value, inputs, n, generator)
-        self.places = np.flatnonzero(~enters & (np.min(moves, axis=0) > NO_EFFECT) & ~bent)
+        self.places: Integers = np.flatnonzero(
+            ~enters & (np.min(moves, axis=0) > NO_EFFECT) & ~bent
+        )
         chosen = [int(k) for k in self.places]
         self._function = ca.Function("point", inputs, [ca.vec(slopes[rows:, chosen])])
-        self.width = value.numel()
+        self.width: int = value.numel()
 
     def _bent(self, value: Sym, inputs: list[Sym], n: int, generator: Generator) -> Booleans:
         """Return which parameters a value depends on other than linearly."""
@@ -131,10 +133,10 @@ class Similar:
         self._function = ca.Function("point", inputs, [ca.vec(slopes), ca.densify(value)])
         self._closure = ca.Function("closure", inputs, [F / space.units, ca.jacobian(F, d)])
         self._samples = self._drawn(np.random.default_rng(0))
-        self.shift = self._shift()
-        self.offsets = self._offsets()
-        self.lengths = self._lengths()
-        self.turn = self._turn()
+        self.shift: tuple[int, int] | None = self._shift()
+        self.offsets: tuple[int, int] | None = self._offsets()
+        self.lengths: Booleans = self._lengths()
+        self.turn: int | None = self._turn()
 
     def _drawn(self, generator: Generator) -> list[tuple[Floats, float, Floats]]:
         space, n = self.space, len(self.space.box)

@@ -45,7 +45,7 @@ class SingleTurns:
 
     def __init__(self, angles: Sequence[bool]) -> None:
         self.size, self.single = len(angles), list(angles)
-        self.basis = np.eye(self.size)[list(angles)]
+        self.basis: Floats = np.eye(self.size)[list(angles)]
         self._each = np.array(angles, float)
 
     moving: Sequence[Floats] = ()

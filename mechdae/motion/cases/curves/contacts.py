@@ -71,7 +71,7 @@ class ContactSolver(BlockSolver):
         self._sizes = scene.unknowns.sizes(size)[graph.own]
         self._at = next(j for j, c in enumerate(coordinates) if c.kind is PLACE)
         contacts = scene.model.contacts
-        self.contact = contacts[coordinates[self._at].owner]
+        self.contact: Contact = contacts[coordinates[self._at].owner]
         # (place, angle of the tangent, their function) of every contact in the block
         self._tangents = []
         for j, k in itertools.permutations(range(len(coordinates)), 2):
@@ -257,7 +257,7 @@ class Contacts(Chooser):
 
     def __init__(self, assembler: Assembling) -> None:
         self.scene: Scene = assembler.scene
-        self.p = assembler.p
+        self.p: Floats = assembler.p
 
     def of(self, group: Group) -> list[Contact]:
         """Return the contacts of a group's curve joints."""

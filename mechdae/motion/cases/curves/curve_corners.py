@@ -73,7 +73,7 @@ class CurvePieces:
         self.contact, self.scene = contact, scene
         s = ca.SX.sym("s")
         known = {**scene.model.mechanism.values(), PARAMETER: s}
-        self.course = DriverCurve(s, place(contact.joint, known, FUNCTIONS))
+        self.course: DriverCurve = DriverCurve(s, place(contact.joint, known, FUNCTIONS))
 
     def orders(self, poses: Poses, drivers: Floats) -> Integers:
         """Return the lowest order of the rates that have two values at each pose, (n,) ints."""

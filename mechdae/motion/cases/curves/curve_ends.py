@@ -7,7 +7,7 @@ place outside the range is then located on the solution itself.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import casadi as ca
 import numpy as np
@@ -17,6 +17,9 @@ from mechdae.motion.continuation.interpolate import quintic
 from mechdae.motion.continuation.limit_positions import Limit
 from mechdae.numerics.roots import root_between
 from mechdae.types import Floats, Matrix, Unknowns
+
+if TYPE_CHECKING:
+    from mechdae.equations.cases.curve_contacts import Contact
 
 PIECES = 8
 """Places looked at between two nodes."""
@@ -54,11 +57,11 @@ class CurveEnds:
     def __init__(self, graphs: Graphs, p: Floats) -> None:
         self.graphs, self.p = graphs, p
         owner = {name: group.index for group in graphs.scene.groups for name in group.joints}
-        self.groups = sorted({owner[contact.joint.name] for contact in graphs.contacts})
-        self.open = [contact for contact in graphs.contacts if not contact.closed]
+        self.groups: list[int] = sorted({owner[contact.joint.name] for contact in graphs.contacts})
+        self.open: list[Contact] = [contact for contact in graphs.contacts if not contact.closed]
         self._owner = owner
-        self.in_pieces = {owner[c.joint.name] for c in graphs.contacts if c.pieces}
-        self.watched = {owner[contact.joint.name] for contact in self.open}
+        self.in_pieces: set[int] = {owner[c.joint.name] for c in graphs.contacts if c.pieces}
+        self.watched: set[int] = {owner[contact.joint.name] for contact in self.open}
         self._seen: dict[bool, float] = {}
         if self.open:
             scene = graphs.scene

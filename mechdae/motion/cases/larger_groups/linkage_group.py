@@ -51,25 +51,27 @@ class LinkageGroup(GroupParts):
 
     def __init__(self, scene: Scene, group: Group, p: Floats) -> None:
         super().__init__(scene, group, p)
-        self.bars = [joint for joint in self.higher if joint.bar]
-        self.slots = [joint for joint in self.higher if not joint.bar]
-        self.part = {node: k for k, node in enumerate(self.nodes)}
+        self.bars: list[Joint] = [joint for joint in self.higher if joint.bar]
+        self.slots: list[Joint] = [joint for joint in self.higher if not joint.bar]
+        self.part: dict[str, int] = {node: k for k, node in enumerate(self.nodes)}
         self.held: list[dict[int, LegPoint | None]] = [{} for _ in self.part]
         """Of each part by pin where it is; None: the origin of the part's frame."""
-        self.count = 0
+        self.count: int = 0
         for pin in self.pins:
             self._add_pin(pin)
-        self.ends = [
+        self.ends: list[tuple[int, ...]] = [
             tuple(self._pin_at(place(reference)) for reference in (joint.first, joint.second))
             for joint in self.bars
         ]
-        self.on_line = [self._pin_at(place(joint.second)) for joint in self.slots]
-        self.driven_pins = [self._pin_at(LegPoint(c.part, c.point)) for _, c in self.rails]
+        self.on_line: list[int] = [self._pin_at(place(joint.second)) for joint in self.slots]
+        self.driven_pins: list[int] = [
+            self._pin_at(LegPoint(c.part, c.point)) for _, c in self.rails
+        ]
         for pins in self.held:
             if not pins:
                 pins[self._new_pin()] = None
         self._turn_together()
-        self.linkage = self._linkage()
+        self.linkage: PinLinkage = self._linkage()
 
     def _new_pin(self) -> int:
         self.count += 1
@@ -105,7 +107,7 @@ class LinkageGroup(GroupParts):
             leader = [min(a, b) if k in (a, b) else k for k in leader]
             self.along.append((one, other, joint))
         turns = {k: n for n, k in enumerate(sorted(set(leader)))}
-        self.turns = tuple(turns[k] for k in leader)
+        self.turns: tuple[int, ...] = tuple(turns[k] for k in leader)
 
     def _linkage(self) -> PinLinkage:
         parts = [tuple(pins) for pins in self.held] + [tuple(pair) for pair in self.ends]

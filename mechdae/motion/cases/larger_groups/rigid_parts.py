@@ -115,7 +115,7 @@ class GroupParts(ShapedGroup):
         if model.mechanism.dimension != 2 or not group.bodies or group.superfluous:
             raise OtherShape
         self.group, self.model, self.p = group, model, p
-        self.joints = [model.mechanism.joints[name] for name in group.joints]
+        self.joints: list[Joint] = [model.mechanism.joints[name] for name in group.joints]
         self._read_drivers(scene)
         self._numbers: dict[str, complex] = {}
         self.rigid: list[Joint] = []
@@ -124,7 +124,7 @@ class GroupParts(ShapedGroup):
         self.higher: list[Joint] = []
         for joint in self.joints:
             self._sort(joint)
-        self.node = {name: name for name in (GROUND, *group.bodies)}
+        self.node: dict[str, str] = {name: name for name in (GROUND, *group.bodies)}
         for joint in self.rigid:
             self._unite(joint)
 

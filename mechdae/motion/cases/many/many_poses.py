@@ -7,7 +7,7 @@ pass, and those near limits and change points, are left to the evaluator.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -22,6 +22,9 @@ from mechdae.motion.continuation.output_bounds import ILL, OutputBounds, plain_u
 from mechdae.motion.continuation.path import SMALLEST, Path
 from mechdae.motion.setup.outputs import Outputs
 from mechdae.types import Booleans, Floats, Integers, Unknowns
+
+if TYPE_CHECKING:
+    from mechdae.kernels.run.columns import PoseTable
 
 X, ERROR, DET, BETA, ETA, Y = range(6)
 """Numbers of the pose kernel's outputs."""
@@ -80,18 +83,18 @@ class ManyPoses:
         g = self.graphs
         consts = self.constants.consts
         if g.single:
-            self.inputs = [np.empty((g.nx, 0)), s[None, :], consts]
+            self.inputs: list[Floats] = [np.empty((g.nx, 0)), s[None, :], consts]
         else:
             full = evaluator.all_rates(path, s, rates)
             moved = [path.drivers(s), *full]
             self.inputs = [np.empty((g.nx, 0)), *[part.T for part in moved], consts]
-        self.scalars = line.scalars(self.inputs)
-        self.table = self.layout.table(len(s), self.inputs, self.scalars, self.speed)
-        self.bounder = OutputBounds(g, evaluator.outputs, self.constants)
-        self.bounds = {word: np.empty(len(s)) for word in self.bounder.words}
-        self.condition = np.ones(len(s))
-        self.between = places_between(path)
-        self.flips = any(path.flips)
+        self.scalars: list[float] = line.scalars(self.inputs)
+        self.table: PoseTable = self.layout.table(len(s), self.inputs, self.scalars, self.speed)
+        self.bounder: OutputBounds = OutputBounds(g, evaluator.outputs, self.constants)
+        self.bounds: dict[str, Floats] = {word: np.empty(len(s)) for word in self.bounder.words}
+        self.condition: Floats = np.ones(len(s))
+        self.between: tuple[float, float] = places_between(path)
+        self.flips: bool = any(path.flips)
 
     def _layout(self, timed: bool) -> StoreLayout:
         g = self.graphs
@@ -104,7 +107,7 @@ class ManyPoses:
         n, size = len(self.s), chunk_of(self.line)
         left = [key for key in self.line.results if key not in self.layout.target]
         rows = np.empty((len(left), min(n, size)))
-        self.scratch = dict(zip(left, rows, strict=True))
+        self.scratch: dict[tuple[int, int], Floats] = dict(zip(left, rows, strict=True))
         odd = [self._block(a, min(a + size, n)) for a in range(0, n, size)]
         self.evaluator.pose.evaluations += n
         rest = np.concatenate(odd)

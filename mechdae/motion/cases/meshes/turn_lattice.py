@@ -42,7 +42,7 @@ class Lattice(SingleTurns):
         self._each = np.abs(self.basis).sum(axis=0)
         self._apart = len(self.basis) == np.count_nonzero(self.basis)
         if self._apart:  # each row turns one angle
-            self.single = [bool(turns == 1) for turns in self._each]
+            self.single: list[bool] = [bool(turns == 1) for turns in self._each]
         else:
             self.single = [bool(np.abs(self.remainder(e[None])).max() < 0.25) for e in np.eye(size)]
         """Whether a single turn of each angle alone is in the lattice."""
@@ -131,7 +131,7 @@ class GearedTurns(WholeTurns):
         super().__init__(scene, angles, p)
         self._deciding: dict[int, list[tuple[str, Local]]] = {}
         self._rigid = _turning_together(scene.model.mechanism)
-        self.geared = [name for name in _geared(scene.model.mechanism) if name in angles]
+        self.geared: list[str] = [name for name in _geared(scene.model.mechanism) if name in angles]
 
     def lattices(
         self, blocks: list[list[int]], solvers: Sequence[BlockSolver]

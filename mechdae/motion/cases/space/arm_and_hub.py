@@ -8,7 +8,7 @@ rod's other end. Each time it is a cos(t) + b sin(t) = c, with two turns or none
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -23,6 +23,9 @@ from mechdae.motion.cases.larger_groups.rigid_parts import (
 from mechdae.motion.cases.space.known_sides import KnownSides, RodsAndJoints, triad
 from mechdae.motion.setup.angular_rates import quaternions
 from mechdae.types import Floats, Unknowns
+
+if TYPE_CHECKING:
+    from mechdae.describe.joints.joint import Joint
 
 MOST = 4
 BASIS = f"closed form: a circle and a sphere, twice, so at most {MOST} poses"
@@ -57,11 +60,11 @@ class ArmAndHub(ShapedGroup):
         steered, known = rod.ends(hub, group)
         self.hinge, self.forward = hinge.name, hinge.second_body == arm
         owners = {owner for owner, _ in scene.x_names}
-        self.turned = [j for j in (here[0], there[0]) if j.name in owners]
+        self.turned: list[Joint] = [j for j in (here[0], there[0]) if j.name in owners]
         if len(self.turned) != 1 or hinge.name not in owners:
             raise OtherShape
-        self.on_arm = self.turned == here
-        self.hub_first = self.turned[0].first_body == hub
+        self.on_arm: bool = self.turned == here
+        self.hub_first: bool = self.turned[0].first_body == hub
         sides = {
             "hinge": (hinge.name, not self.forward),
             "arm": (hinge.name, self.forward),
@@ -71,7 +74,7 @@ class ArmAndHub(ShapedGroup):
             "hub known": (there[0].name, there[0].second_body == hub),
         }
         places = {"rod": known, "steer": steered}
-        self.sides = KnownSides(scene, group, p, places, sides, {"length": rod.length})
+        self.sides: KnownSides = KnownSides(scene, group, p, places, sides, {"length": rod.length})
 
     def solve(self, q: Coordinates, u: Floats) -> GroupPoses | None:
         """Return the hinge's angle and the ball's quaternion in all poses, None next to a fold."""

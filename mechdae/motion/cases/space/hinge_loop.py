@@ -64,7 +64,7 @@ class HingeLoop(ShapedGroup):
         sides: dict[str, tuple[str, bool]] = {}
         for k, (name, forward) in enumerate(self.row):
             sides |= {f"before {k}": (name, not forward), f"behind {k}": (name, forward)}
-        self.sides = KnownSides(scene, group, p, {}, sides, {})
+        self.sides: KnownSides = KnownSides(scene, group, p, {}, sides, {})
 
     def solve(self, q: Coordinates, u: Floats) -> GroupPoses | None:
         """Return the joints' angles in all poses, None where axes are one."""

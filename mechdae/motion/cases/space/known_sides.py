@@ -43,9 +43,9 @@ class RodsAndJoints:
     def __init__(self, model: Any, group: Group) -> None:
         idle, joints = getattr(model, "idle", {}), model.mechanism.joints
         spun = {name for link in idle.values() for name in (link.joint, *link.others)}
-        self.bodies = [body for body in group.bodies if body not in idle]
+        self.bodies: list[str] = [body for body in group.bodies if body not in idle]
         self.joints: list[Joint] = [joints[name] for name in group.joints if name not in spun]
-        self.rods = [
+        self.rods: list[Rod] = [
             Rod._make((*idle[b].ends, model.length(idle[b]))) for b in group.bodies if b in idle
         ]
         self.rods += [

@@ -34,10 +34,10 @@ class OrientationChecks(Chooser):
         scene = self.scene
         self._of: dict[int, list[Sym]] = {}
         self._told: dict[int, list[Sym]] = {}
-        self.quaternions = quaternions(scene.unknowns)
+        self.quaternions: list[list[int]] = quaternions(scene.unknowns)
         """Places of those among the unknowns: a quaternion and its opposite are one orientation."""
         vectors = vectors_of(scene)
-        self.directions = [k for k, c in enumerate(scene.unknowns)
+        self.directions: list[int] = [k for k, c in enumerate(scene.unknowns)
                            if c.kind is ANGLE and c.owner in vectors]  # fmt: skip
         """Places of angles of vectors, whose whole turns make no difference."""
         if isinstance(scene.model, TreeModel):

@@ -43,7 +43,7 @@ class SixLegs(ShapedGroup):
             places[f"platform {k}"], places[f"base {k}"] = rod.ends(self.hub, group)
         lengths = {f"length {k}": rod.length for k, rod in enumerate(parts.rods)}
         self._point = places["platform 0"]
-        self.sides = KnownSides(scene, group, p, places, {}, lengths)
+        self.sides: KnownSides = KnownSides(scene, group, p, places, {}, lengths)
 
     @property
     def _free(self) -> bool:

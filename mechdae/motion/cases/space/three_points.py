@@ -39,9 +39,11 @@ class TreeCoordinates:
         self.model: Any = scene.model
         joints, blocks = self.model.mechanism.joints, scene.blocks
         unknowns = {i for block in blocks if block.group == group.index for i in block.x}
-        self.names = [scene.x_names[i] for i in sorted(unknowns)]
+        self.names: list[tuple[str, str]] = [scene.x_names[i] for i in sorted(unknowns)]
         self.joints = [joints[o] for o in dict.fromkeys(o for o, _ in self.names) if o in joints]
-        self.bodies = [o for o in dict.fromkeys(o for o, _ in self.names) if o not in joints]
+        self.bodies: list[str] = [
+            o for o in dict.fromkeys(o for o, _ in self.names) if o not in joints
+        ]
         plain = all(not getattr(joint, "crossed", False) for joint in self.joints)
         if not plain or not {word for _, word in self.names} <= {*READ, "z"}:
             raise OtherShape
@@ -120,15 +122,15 @@ class ThreePoints(ShapedGroup):
         if group.superfluous or model.mechanism.closure is not None:
             raise OtherShape
         self.group, self.joints = group, model.mechanism.joints
-        self.parts = RodsAndJoints(model, group)
+        self.parts: RodsAndJoints = RodsAndJoints(model, group)
         self._read_drivers(scene)
         self.places: dict[str, str] = {}
         self.numbers: dict[str, object] = {}
         self.hub, self.inward, self.legs = self._legs()
-        self.tree = TreeCoordinates(scene, group)
+        self.tree: TreeCoordinates = TreeCoordinates(scene, group)
         chained = [j.name for leg in self.legs if isinstance(leg, LegChain) for j, _ in leg.joints]
         sides = both_sides(chained) | self.tree.sides
-        self.sides = KnownSides(scene, group, p, self.places, sides, self.numbers)
+        self.sides: KnownSides = KnownSides(scene, group, p, self.places, sides, self.numbers)
 
     def _read_drivers(self, scene: Scene) -> None:
         """Sort the group's drivers by the joint whose one coordinate they hold."""

@@ -13,7 +13,7 @@ from mechdae.kernels.run.functions import Batch
 from mechdae.motion.assembly.not_assembled import shown
 from mechdae.motion.kinematics.finds import SoughtOutput, at_place, named_poses, samples
 from mechdae.motion.kinematics.prepared import Run, Setting
-from mechdae.types import Floats, Json, Matrix, Unknowns
+from mechdae.types import Booleans, Floats, Json, Matrix, Unknowns
 
 ROOM = 1e-9
 """By how much a joint may be beyond a limit by rounding [rad, sizes of the mechanism]."""
@@ -35,7 +35,7 @@ class Stops:
         self.coordinates: list[NamedCoordinate] = [
             coordinate(model.mechanism, f"{joint.name}.{joint.usual}") for joint in joints
         ]
-        self.angles = np.array([c.is_angle for c in self.coordinates])
+        self.angles: Booleans = np.array([c.is_angle for c in self.coordinates])
         rows = [scene.expression(model.coordinate(c)) for c in self.coordinates]
         rows += [model.numbers[f"{joint.name}.{end}"] for end in LIMITS for joint in joints]
         function = ca.Function(

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import casadi as ca
 import numpy as np
@@ -20,6 +21,9 @@ from mechdae.motion.assembly.choosers import Assembling, Chooser
 from mechdae.motion.assembly.closure import Gap, NoPose, bar_lengths, straight, worst
 from mechdae.motion.setup.scales import Constants
 from mechdae.types import Booleans, Floats, Unknowns
+
+if TYPE_CHECKING:
+    from mechdae.equations.reduction import Check
 
 UNITS = {"m": "length", "rad": "angle", "1": "parameter"}
 
@@ -35,10 +39,10 @@ class Closing:
 
     def __init__(self, graphs: Graphs) -> None:
         self.graphs, self.scene = graphs, graphs.scene
-        self.checks = self.scene.checks
-        self.blocks = [b for b, graph in enumerate(graphs.blocks) if graph.redundant]
+        self.checks: list[Check] = self.scene.checks
+        self.blocks: list[int] = [b for b, graph in enumerate(graphs.blocks) if graph.redundant]
         groups = [group.index for group in self.scene.groups]
-        self.check_group = [groups.index(check.group) for check in self.checks]
+        self.check_group: list[int] = [groups.index(check.group) for check in self.checks]
 
     # -- equations without unknowns ----------------------------------------------------------
 
@@ -147,7 +151,7 @@ class ClosedPoses(Chooser):
     """Poses at which redundant equations hold."""
 
     def __init__(self, assembler: Assembling) -> None:
-        self.closing = Closing(assembler.graphs)
+        self.closing: Closing = Closing(assembler.graphs)
 
     def after_block(
         self, group: Group, b: int | None, poses: list[Unknowns], u: Floats

@@ -64,9 +64,11 @@ class RedundantSolver(BlockSolver):
     ) -> None:
         super().__init__(scene, graph, p, size, slopes)
         self.slopes = slopes
-        self.row_size = np.array([size if unit == "m" else 1.0 for unit in graph.block.units])
-        self.x_size = np.where(self.angle, 1.0, size)
-        self.rough = max(ROUGH, scene.model.mechanism.tolerance / size)
+        self.row_size: Floats = np.array(
+            [size if unit == "m" else 1.0 for unit in graph.block.units]
+        )
+        self.x_size: Floats = np.where(self.angle, 1.0, size)
+        self.rough: float = max(ROUGH, scene.model.mechanism.tolerance / size)
         self._chains: dict[bytes, list[list[Step]]] = {}
 
     def _chain(self, pattern: Booleans) -> list[list[Step]]:

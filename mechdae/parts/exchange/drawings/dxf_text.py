@@ -27,8 +27,8 @@ class DxfText:
 
     def __init__(self) -> None:
         self.entities: list[str] = []
-        self.low = np.full(2, np.inf)
-        self.high = np.full(2, -np.inf)
+        self.low: Floats = np.full(2, np.inf)
+        self.high: Floats = np.full(2, -np.inf)
 
     def _put(self, *pairs: tuple[int, float | str]) -> None:
         self.entities += [f"{code:3d}\n{_value(value)}" for code, value in pairs]

@@ -11,6 +11,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import combinations
+from typing import TYPE_CHECKING
 
 import casadi as ca
 import numpy as np
@@ -23,6 +24,9 @@ from mechdae.parts.exchange.workshop.gaps import distances
 from mechdae.parts.exchange.workshop.plates import RING, Kit, Plate
 from mechdae.tasks import ExportedMotion
 from mechdae.types import Floats, Points
+
+if TYPE_CHECKING:
+    from mechdae.describe.table import Table
 
 FIRST = 256
 """Steps that the motion is divided into at first."""
@@ -67,8 +71,8 @@ class Motions:
         if graphs.contacts or any(not graphs.plain(b) for b in range(graphs.nb)):
             raise UnavailableError("parts of mechanisms with curves are not made")
         self.graphs, self.evaluator = graphs, evaluator
-        self.values = motion.mechanism.values()
-        self.columns = {
+        self.values: Table[float] = motion.mechanism.values()
+        self.columns: dict[tuple[str, str], list[int]] = {
             (entry.kind, entry.part): list(entry.columns)
             for entry in self.setting.outputs.entries
             if entry.name in ("position", "angle") and entry.kind in ("points", "bodies")

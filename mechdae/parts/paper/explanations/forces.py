@@ -11,6 +11,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping
 from functools import cached_property
 from math import degrees
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -40,6 +41,10 @@ from mechdae.parts.paper.explanations.subject import Subject
 from mechdae.records import dataclass
 from mechdae.types import Floats
 
+if TYPE_CHECKING:
+    from mechdae.describe.mechanism import Mechanism
+    from mechdae.draw.diagram.scene import DrawnScene
+
 NOTHING = 1e-12
 """Share of the largest force of the pose below which a force is left out."""
 
@@ -67,7 +72,7 @@ class BalanceOfLinks(ABC):
 
     def __init__(self, subject: Subject) -> None:
         self.subject, self.pose = subject, subject.pose
-        self.mechanism = subject.scene.mechanism
+        self.mechanism: Mechanism = subject.scene.mechanism
 
     # -- what differs between plane and space ----------------------------------------------
 
@@ -326,8 +331,8 @@ class PlaneBalance(BalanceOfLinks):
 
     def __init__(self, subject: Subject) -> None:
         super().__init__(subject)
-        self.scene = subject.scene
-        self.forces = BodyForces(subject.result, subject.scene, subject.pose)
+        self.scene: DrawnScene = subject.scene
+        self.forces: BodyForces = BodyForces(subject.result, subject.scene, subject.pose)
 
     def moment(self, arm: Floats, force: Floats) -> Floats:
         return np.array([arm[0] * force[1] - arm[1] * force[0]])

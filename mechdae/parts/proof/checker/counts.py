@@ -31,12 +31,12 @@ class Count:
 
     def __init__(self, m: ClaimedMechanism, groups: list[list[str]], theorems: Theorems) -> None:
         self.most, self.known = 1, {"ground"}
-        self.of_groups = list[tuple[int, str]]()
+        self.of_groups: list[tuple[int, str]] = list[tuple[int, str]]()
         for group in groups:
             self.of_groups.append(theorems.most(m, group, self.known))
             self.most, self.known = self.most * self.of_groups[LAST][0], self.known | {*group}
-        self.theorems = [theorem for _, theorem in self.of_groups]
-        self.complete = self.known == {"ground", *m.points}
+        self.theorems: list[str] = [theorem for _, theorem in self.of_groups]
+        self.complete: bool = self.known == {"ground", *m.points}
 
     def __str__(self) -> str:
         """Return the counts of groups, or why one has none."""

@@ -71,10 +71,12 @@ class ExactChangePoint:
         beside = [[*row, *(fmpq(int(i == k)) for k in range(m.n))] for i, row in enumerate(J)]
         *_, last = fmpq_mat(beside).rref()[0].tolist()
         columns = fmpq_mat(J).transpose().rref()[0].tolist()
-        self.picked = [next(k for k, v in enumerate(row) if v) for row in columns if any(row)]
+        self.picked: list[int] = [
+            next(k for k, v in enumerate(row) if v) for row in columns if any(row)
+        ]
         falls = len(self.picked) == m.n - 1 and not any(last[: m.n + 1])
         need(falls, at, f"rank {len(self.picked)} of {m.n}: no two branches that meet")
-        self.left = [arb(v) for v in last[m.n + 1 :]]
+        self.left: list[arb] = [arb(v) for v in last[m.n + 1 :]]
 
 
 class Cone:
@@ -96,7 +98,9 @@ class Cone:
         self.w, self.v = w, [*((-x).mid() for x in bent), ZERO]
         G = [self._parts(w, self.v, *order) for order in ((ZERO, 0), (ZERO, 1), (T, 2))]
         miss = Y * (G[0] + G[1] * T + G[2] * (T * T))
-        self.r = [x.abs_upper() * 2 + SHORT for x in miss.entries()]  # poses in balls have room
+        self.r: list[arb] = [
+            x.abs_upper() * 2 + SHORT for x in miss.entries()
+        ]  # poses in balls have room
         for _ in range(6):
             loss = Y * self._slopes(self.rates(T), T) - 1
             grown = loss * arb_mat([[ball(r)] for r in self.r])

@@ -23,7 +23,7 @@ class HingeBoxes(Boxes):
     ) -> None:
         super().__init__(m, group, joints, known, z)
         frames = m.placed(z)
-        self.base = {
+        self.base: dict[str, tuple[arb_mat, arb_mat]] = {
             body: (arb_mat(3, 1, frames[body][0]) * (ONE / m.size), arb_mat(frames[body][1]))
             for body in known
         }
@@ -31,7 +31,9 @@ class HingeBoxes(Boxes):
         """Near and far side of each hinge on which a body hangs."""
         self.chains: dict[str, list[int]] = {body: [] for body in known}
         """Hinges of the tree from known bodies to a body."""
-        self.cuts = [(self._side(joint, 0), self._side(joint, 1)) for joint in joints]
+        self.cuts: list[tuple[tuple[str, arb_mat, arb_mat], tuple[str, arb_mat, arb_mat]]] = [
+            (self._side(joint, 0), self._side(joint, 1)) for joint in joints
+        ]
         """Both sides of the hinges that close the group."""
         while ready := [
             (near, far, pair)
@@ -46,7 +48,9 @@ class HingeBoxes(Boxes):
         self.n, self.weights = len(self.tree), [1.0] * len(self.tree)
         hung = self.n == len(group) and self.cuts
         need(hung, "groups", f"{group} do not hang on hinges from known bodies")
-        self.bends = [bend for cut in self.cuts for bend in self.second_derivatives(cut)]
+        self.bends: list[list[list[arb]]] = [
+            bend for cut in self.cuts for bend in self.second_derivatives(cut)
+        ]
 
     def _side(self, joint: Json, k: int) -> tuple[str, arb_mat, arb_mat]:
         """Return a body, and of its side of a hinge the point, by the size, normal .. axis."""

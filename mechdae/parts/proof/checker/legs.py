@@ -24,9 +24,9 @@ class LegBoxes(Boxes):
         self, m: SpatialMechanism, group: list[str], joints: list[Json], known: set[str], z: Any
     ) -> None:
         super().__init__(m, group, joints, known, z)
-        self.weights = [2.0] * 3 + [1.0] * 3
+        self.weights: list[float] = [2.0] * 3 + [1.0] * 3
         frames, rows = m.placed(z), list[list[arb]]()
-        self.legs = list[tuple[list[arb], list[arb], arb]]()
+        self.legs: list[tuple[list[arb], list[arb], arb]] = list[tuple[list[arb], list[arb], arb]]()
         """Known point, point of the body, length."""
         for joint in joints:
             distance = joint["kind"] == "distance" and len(group) == 1

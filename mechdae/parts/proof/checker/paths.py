@@ -61,7 +61,7 @@ class PathCheck:
         self.first = self.last = m.agrees(start.box(), self.path, "path")
         self.tubes: list[Tube | Cone] = [Tube(m, start.z, arb(2) ** -110, m.n, start.Y[0])]
         self.limits: dict[str, list[arb]] = {}
-        self.crossed = 0
+        self.crossed: int = 0
         steps = field(self.path, "steps", list, "path")
         for at, step, _, to in intervals(steps, self.first[LAST]):
             try:

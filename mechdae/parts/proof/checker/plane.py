@@ -54,9 +54,9 @@ class PlanarMechanism(ClaimedMechanism):
 
     def __init__(self, data: Json, at: str = "mechanism", square: bool = True) -> None:
         super().__init__(data, at)
-        self.bodies = [body for body in self.points if body != "ground"]
-        self.size = self._largest()
-        self.unit = 1.0 if ".angle" in str(self.drivers) else self.size
+        self.bodies: list[str] = [body for body in self.points if body != "ground"]
+        self.size: float = self._largest()
+        self.unit: float = 1.0 if ".angle" in str(self.drivers) else self.size
         curves = [name for name, joint in self.joints.items() if joint["kind"] == "curve"]
         contacts = [
             (name, word)

@@ -104,7 +104,7 @@ class SpatialMechanism(ClaimedMechanism):
     def __init__(self, data: Json, at: str = "mechanism", square: bool = True) -> None:
         super().__init__(data, at)
         numbers = [j[key] for j in self.joints.values() for key in ("length", "pitch") if key in j]
-        self.size = self._largest(*numbers)
+        self.size: float = self._largest(*numbers)
         names = [(body, word) for body in self.points for word in self._words(body)]
         names += [(name, word) for name, j in self.joints.items() for word in j["unknown"]]
         self._number_names(names, "x y z length")
@@ -112,17 +112,19 @@ class SpatialMechanism(ClaimedMechanism):
             name: {term: exact(v, f"{at}/sums/{name}") for term, v in terms.items()}
             for name, terms in data.get("sums", {}).items()
         }
-        self.spins = [self._spin(spin, f"{at}/spins") for spin in data.get("spins", [])]
+        self.spins: list[tuple[str, str, list[arb]]] = [
+            self._spin(spin, f"{at}/spins") for spin in data.get("spins", [])
+        ]
         every = [body for spin, *_ in self.spins for body in self._spun(spin)]
         need(len(every) == len(set(every)), f"{at}/spins", "a body spins twice")
         lengths = (".slide", ".length", ".x", ".y", ".z")
-        self.unit = self.size if next(iter(self.drivers), "").endswith(lengths) else 1.0
-        self.kinds = ["norm" for _, word in names if word == "0"]
+        self.unit: float = self.size if next(iter(self.drivers), "").endswith(lengths) else 1.0
+        self.kinds: list[str] = ["norm" for _, word in names if word == "0"]
         for joint in self.joints.values():
             turns = [word for word in TURNS if word in joint["unknown"]]
             self.kinds += [joint["kind"]] * len([*PRODUCTS[joint["kind"]].split(), *turns])
         numbers = data.get("superfluous", [])
-        self.left_out = {int(k) for k in numbers}
+        self.left_out: set[int] = {int(k) for k in numbers}
         known = all(0 <= k < len(self.kinds) and self.kinds[k] != "norm" for k in self.left_out)
         why = "not the number of an equation of a joint, or one stands twice"
         need(len(numbers) == len(self.left_out) and known, f"{at}/superfluous", why)
@@ -292,7 +294,7 @@ class SpatialMechanism(ClaimedMechanism):
         for k in self.left_out:
             near = abs(rows[k]) <= 1e-9 * (1 + self.size)
             need(near, at, f"the redundant equation {k} is off")
-            self.off = max(self.off, 1.05 * float(rows[k].abs_upper()))
+            self.off: float = max(self.off, 1.05 * float(rows[k].abs_upper()))
 
     def turned(self, body: str, reported: object, angle: arb, z: list[arb], at: str) -> bool:
         q, k = exacts(reported, 4, at), self.at[body, "0"]

@@ -94,7 +94,7 @@ class ClosedMotion(PlanarMechanism):
         once = len(numbers) == len(left_out) == known
         need(once, place, "one stands twice, or is of no joint")
         self.need_square(at)
-        self.motion = self._motion(field(data, "motion", dict, at), f"{at}/motion")
+        self.motion: list[Harmonics] = self._motion(field(data, "motion", dict, at), f"{at}/motion")
 
     def _leave_out(self, place: str) -> None:
         """Set the joints that poses are counted by: those of the equations that are kept."""

@@ -35,7 +35,9 @@ class Tube:
         self.m, self.z, self.half, self.index = m, z, half, index
         self.T, self.matrix = arb(0, half), type(Y)
         self.free, self.Y, self.r = [k for k in range(m.n + 1) if k != index], [Y], [ZERO] * m.n
-        self.c = [[x, ONE] if k == index and half != 0 else [x] for k, x in enumerate(z)]
+        self.c: list[list[arb]] = [
+            [x, ONE] if k == index and half != 0 else [x] for k, x in enumerate(z)
+        ]
         if half != 0:
             self._bend()
         self._prove(arb(2) ** ((24 if half != 0 else 16) - PRECISION))
@@ -61,7 +63,7 @@ class Tube:
             radii = self.matrix([[ball(r, self.z[0])] for r in self.r])
             grown = (self._product(J) - 1) * radii
             shares = zip(grown.entries(), self.r, strict=True)
-            self.share = max(float(x.abs_upper() / r) for x, r in shares)
+            self.share: float = max(float(x.abs_upper() / r) for x, r in shares)
             reach = [x.abs_upper() for x in (self._product(G) + grown).entries()]
             if all(bool(a < r) for a, r in zip(reach, self.r, strict=True)):
                 return

@@ -64,7 +64,7 @@ class Criteria:
                 where=f"tasks.{name}",
             )
         self.mechanism, self.task = problem.mechanism, task
-        self.output = output or self._output()
+        self.output: str | None = output or self._output()
 
     @cached_property
     def all(self) -> dict[str, Criterion]:

@@ -215,7 +215,7 @@ class MotionOfVaried:
         self.result: Result = solve(positions(self.problem, name))
         self.data: dict[str, Any] = self.result.to_dict()
         status = self.data["status"]
-        self.good = [k for k, word in enumerate(status) if word in ("ok", "limit")]
+        self.good: list[int] = [k for k, word in enumerate(status) if word in ("ok", "limit")]
         if not self.good:
             from mechdae.tasks.show import structure
 

@@ -58,9 +58,11 @@ class Descent(ABC):
     def __init__(self, scheme: Scheme, places: Complexes, limits: Floats, least: Floats) -> None:
         self.scheme = scheme
         self.limits, self.least = np.asarray(limits, float), np.asarray(least, float)
-        self.places = np.array(places, complex)
+        self.places: Complexes = np.array(places, complex)
         self._rubbing: tuple[Aim, LossAsked, Floats] | None = None
-        self.middles = [k for k, (kind, *_) in enumerate(scheme.points) if kind in MIDDLES]
+        self.middles: list[int] = [
+            k for k, (kind, *_) in enumerate(scheme.points) if kind in MIDDLES
+        ]
 
     def lose(self, aim: Aim, rubbing: LossAsked, limits: Floats) -> None:
         """Keep each set within its limit of loss (b,) [W]; inf: any."""
@@ -203,12 +205,12 @@ class Fitting(Descent):
     ) -> None:
         super().__init__(scheme, places, limits, least)
         self.aim = aim
-        self.weights = np.array(aim.weights, float)
+        self.weights: Floats = np.array(aim.weights, float)
         self.extra: Any = None
         self._size: Any = None
         self._power, self._round = POWERS[0], 0
         share = 1.0 if aim.turns else 0.5
-        self.count = int(BETWEEN * share)
+        self.count: int = int(BETWEEN * share)
 
     @abstractmethod
     def _placed(self) -> None:
@@ -311,7 +313,7 @@ class Refinement(Descent):
     ) -> None:
         super().__init__(scheme, places, limits, least)
         self.wanted = wanted
-        self.angles = TURN * np.arange(ANGLES) / ANGLES
+        self.angles: Floats = TURN * np.arange(ANGLES) / ANGLES
         self._targets: Any = None
 
     def _begun(self, state: object) -> _State:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import zlib
 from collections.abc import Callable, Iterable, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.random import Generator
@@ -25,6 +25,10 @@ from mechdae.parts.types.schemes.work_items import (
     SizedScheme,
 )
 from mechdae.types import Complexes, Json
+
+if TYPE_CHECKING:
+    from mechdae.parts.types.schemes.aims import Aim
+    from mechdae.parts.types.schemes.losses import LossAsked
 
 Run = Callable[[Sequence[SchemePiece]], list[FoundSets]]
 CHUNK = 1000
@@ -54,15 +58,15 @@ class SchemeSearch:
 
     def __init__(self, demand: CompositionDemand, run: Run) -> None:
         self.demand, self.run = demand, run
-        self.aim = aim_of(demand)
-        self.radius = self.aim.radius
-        self.rubbing = rubbing_of(demand)
-        self.archive = Archive()
+        self.aim: Aim = aim_of(demand)
+        self.radius: float = self.aim.radius
+        self.rubbing: LossAsked | None = rubbing_of(demand)
+        self.archive: Archive = Archive()
         self.tried: set[str] = set()
         self.rounds: list[Json] = []
-        self.least = float(np.sin(demand.within.get("transmission_angle", LEAST)))
-        self.cap = self._cap()
-        self.worst = np.inf
+        self.least: float = float(np.sin(demand.within.get("transmission_angle", LEAST)))
+        self.cap: float = self._cap()
+        self.worst: float = np.inf
         if demand.reference is not None and "error" in demand.objectives:
             worst = demand.reference[demand.objectives.index("error")]
             self.worst = worst / self.aim.unit

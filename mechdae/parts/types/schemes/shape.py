@@ -90,8 +90,8 @@ class Wanted:
 
     def __post_init__(self) -> None:
         points = resampled(np.asarray(self.corners, complex)[None], POINTS).points[0]
-        self.center = complex(points.mean())
-        self.radius = float(np.sqrt((np.abs(points - self.center) ** 2).mean()))
+        self.center: complex = complex(points.mean())
+        self.radius: float = float(np.sqrt((np.abs(points - self.center) ** 2).mean()))
 
     def points(self, count: int) -> Any:
         """Return so many points at equal arc length, centred, of radius about 1."""

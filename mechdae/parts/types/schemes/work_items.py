@@ -210,7 +210,7 @@ class Archive:
 
     def __init__(self) -> None:
         self.entries: dict[str, list[SizedScheme]] = {}
-        self.seen = 0
+        self.seen: int = 0
 
     def enter(self, text: str, found: FoundSets) -> None:
         """Take what a piece found."""

@@ -9,7 +9,7 @@ determinant has changed its sign, and Newton-Kantorovich holds from the predicti
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -29,6 +29,9 @@ from mechdae.motion.setup.scales import Constants
 from mechdae.numerics.least_squares import solve
 from mechdae.records import dataclass
 from mechdae.types import Booleans, Floats, Points, Unknowns
+
+if TYPE_CHECKING:
+    from mechdae.kernels.graphs.steps import Graphs
 
 TOGETHER = 1e-9
 """Distance within which two blocks are said to cross at the same pose, in largest steps."""
@@ -141,7 +144,7 @@ class Builder:
     ) -> None:
         self.finder, self.step = finder, step
         self.kappa, self.rho, self.weights = constants.kappa, constants.rho, weights
-        self.graphs = finder.graphs
+        self.graphs: Graphs = finder.graphs
 
     def build(
         self,

@@ -173,7 +173,7 @@ class CrossingFinder:
     def __init__(self, graphs: Graphs, constants: Constants, drivers: Any, largest: float) -> None:
         self.graphs, self.p, self.scale = graphs, constants.p, constants.scale
         self.drivers, self.largest = drivers, largest
-        self.residuals = Residuals(graphs, constants.p, self.u)
+        self.residuals: Residuals = Residuals(graphs, constants.p, self.u)
 
     @property
     def unit(self) -> float:

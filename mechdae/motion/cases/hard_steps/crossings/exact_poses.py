@@ -51,7 +51,7 @@ class ExactPoses:
 
     def __init__(self, graphs: Graphs, constants: Constants) -> None:
         self.graphs, self.constants = graphs, constants
-        self.sizes = graphs.scene.unknowns.sizes(constants.scale)
+        self.sizes: Floats = graphs.scene.unknowns.sizes(constants.scale)
         self.columns, self.rows = graphs.units(constants.scale, constants.p)
 
     def at(self, b: int, driven: list[Any], whole: list[Floats], sign: float) -> ExactPose | None:

@@ -7,6 +7,7 @@ about it (Newton and Euler), of accelerations of the result.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -17,6 +18,9 @@ from mechdae.parts.paper.explanations.forces import ActingForce, BalanceOfLinks,
 from mechdae.parts.paper.explanations.space.spatial_group import SpatialSubject
 from mechdae.types import Floats
 
+if TYPE_CHECKING:
+    from mechdae.draw.space.spatial_scene import SpatialScene
+
 
 class SpatialBalance(BalanceOfLinks):
     """What acts on the links of one pose: forces and moments (3,)."""
@@ -26,8 +30,8 @@ class SpatialBalance(BalanceOfLinks):
 
     def __init__(self, subject: SpatialSubject) -> None:
         super().__init__(subject)
-        self.scene = subject.scene
-        self.numbers = subject.scene.numbers
+        self.scene: SpatialScene = subject.scene
+        self.numbers: Mapping[str, float] = subject.scene.numbers
 
     def moment(self, arm: Floats, force: Floats) -> Floats:
         return np.cross(arm, force)

@@ -35,6 +35,7 @@ from mechdae.parts.paper.explanations.subject import Subject
 from mechdae.records import dataclass
 
 if TYPE_CHECKING:
+    from mechdae.describe.mechanism import Mechanism
     from mechdae.results import SweepResult
 
 SPINS = {"velocity": "angular_velocity", "acceleration": "angular_acceleration"}
@@ -191,10 +192,12 @@ class SpatialGroup:
 
     def __init__(self, subject: SpatialSubject, bodies: tuple[str, ...]) -> None:
         self.subject, self.bodies = subject, bodies
-        self.mechanism = subject.scene.mechanism
-        self.joints = [self.mechanism.joints[name] for name in joints_of(subject, bodies)]
+        self.mechanism: Mechanism = subject.scene.mechanism
+        self.joints: list[Joint] = [
+            self.mechanism.joints[name] for name in joints_of(subject, bodies)
+        ]
         self._sizes: dict[str, float] = {}
-        self.arms = [arm for body in bodies for arm in self._arms(body)]
+        self.arms: list[tuple[str, str]] = [arm for body in bodies for arm in self._arms(body)]
 
     def _arms(self, body: str) -> Iterator[tuple[str, str]]:
         """Yield pairs of points of a link: the one it is known by, others that are sought."""

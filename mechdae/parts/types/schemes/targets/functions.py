@@ -69,11 +69,11 @@ class FunctionFitting(Fitting):
         self, scheme: Scheme, places: Complexes, aim: Aim, limits: Any, least: Any
     ) -> None:
         super().__init__(scheme, places, aim, limits, least)
-        self.target = np.array(aim.targets, float)
-        self.extra = np.zeros((len(self.places), 1))
+        self.target: Floats = np.array(aim.targets, float)
+        self.extra: Floats = np.zeros((len(self.places), 1))
 
     def _placed(self) -> None:
-        self.places = based(self.scheme, self.places, self.aim)
+        self.places: Complexes = based(self.scheme, self.places, self.aim)
         angles = np.array(self.aim.angles)
         turn = turned(self.scheme, self.places, angles)
         found = outputs(self.scheme, turn, self.places, self.aim, angles)

@@ -15,7 +15,7 @@ from mechdae.parts.types.schemes.closure import turned
 from mechdae.parts.types.schemes.descent import ErrorsAt, Fitting
 from mechdae.parts.types.schemes.scheme import Scheme
 from mechdae.records import dataclass
-from mechdae.types import Booleans, Complexes, Floats, Integers, Matrices
+from mechdae.types import Booleans, Complexes, Floats, Integers, Matrices, Points
 
 GRID = 96
 """Crank angles among which those of targets are looked for."""
@@ -86,10 +86,10 @@ class VisitFitting(Fitting):
         self, scheme: Scheme, places: Complexes, aim: Aim, limits: Floats, least: Floats
     ) -> None:
         super().__init__(scheme, places, aim, limits, least)
-        self.target = np.array(aim.targets)
-        self.free = not aim.angles
-        self.senses = np.ones(len(self.places))
-        self.extra = np.zeros((len(self.places), 2 + self.free * len(self.target)))
+        self.target: Points = np.array(aim.targets)
+        self.free: bool = not aim.angles
+        self.senses: Floats = np.ones(len(self.places))
+        self.extra: Floats = np.zeros((len(self.places), 2 + self.free * len(self.target)))
         self._known = False
 
     def _placed(self) -> None:
