@@ -43,6 +43,7 @@ def drop(page, text, name="dropped.toml"):
     until(page, f"mechdae.opened() === {before + 1}")
 
 
+@pytest.mark.slow
 @in_browser
 def test_every_planar_file_comes_out_with_the_same_bytes(opened):
     page, count = opened("en"), 0

@@ -27,6 +27,8 @@ NAMES = (
     "rssr", "cardan-joint", "wobble-plate", "spatial-slider-crank-loops",
     "bennett", "delta-robot", "screw-press",
 )  # fmt: skip
+AT_ONCE = ("rssr", "bennett", "cardan-joint")
+"""Those that the short run compares; the long one takes all."""
 
 
 def placed(drawing, poses, basis, metre, folder):
@@ -45,7 +47,13 @@ def placed(drawing, poses, basis, metre, folder):
 
 
 @needs_node
-@pytest.mark.parametrize("name", [*NAMES, *(f"wheels {own}" for own in SCENES)])
+@pytest.mark.parametrize(
+    "name",
+    [
+        *(name if name in AT_ONCE else pytest.param(name, marks=pytest.mark.slow) for name in NAMES),
+        *(f"wheels {scene}" for scene in SCENES),
+    ],
+)
 def test_facets_are_those_of_plot(name, tmp_path):
     wheels = name.removeprefix("wheels ") if name.startswith("wheels") else None
     result = md.solve(SCENES[wheels], TURN) if wheels else md.solve(name)

@@ -11,6 +11,8 @@ import json
 import subprocess
 import sys
 
+import pytest
+
 ORDERS = (("wishbone-poses", "rssr-path", "double-wishbone"),
           ("double-wishbone", "rssr-path", "wishbone-poses"))  # fmt: skip
 PROGRAM = """
@@ -44,6 +46,7 @@ def digits(order):
     return json.loads(run.stdout)
 
 
+@pytest.mark.slow
 def test_two_orders_give_the_same_digits() -> None:
     first, second = (digits(order) for order in ORDERS)
     assert set(first) == set(second)
