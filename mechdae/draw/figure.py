@@ -21,9 +21,10 @@ from matplotlib.text import Text
 
 from mechdae.describe.file.atomic_write import whole_file
 from mechdae.draw import style
+from mechdae.draw.fonts import Font
 from mechdae.errors import InputError
 from mechdae.records import dataclass
-from mechdae.types import Floats
+from mechdae.types import Floats, Json
 
 FORMATS: dict[str, dict[str, Any]] = {
     "svg": {"Date": None, "Creator": None},
@@ -194,6 +195,15 @@ def new_axes(
     edge = (style.EDGE / 72 / width, style.EDGE / 72 / height)
     top = sheet.top / 72 / height
     return figure.add_axes((edge[0], edge[1], 1 - 2 * edge[0], 1 - edge[1] - top))
+
+
+def note(
+    axes: Axes, text: str, place: tuple[float, float], offset: tuple[float, float], chosen: Font,
+    color: str, **more: Any,
+) -> None:  # fmt: skip
+    """Write a text at a place of axes, `offset` from there [pt]."""
+    look: Json = {"fontproperties": chosen.properties, "color": color, "annotation_clip": False}
+    axes.annotate(text, place, offset, textcoords="offset points", **look, **more)
 
 
 def grid(count: int) -> tuple[Figure, list[Axes]]:

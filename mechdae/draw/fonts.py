@@ -61,6 +61,11 @@ def font(size: float, families: Sequence[str] = styles.FONT, style: Slant = "nor
     return Font(size, tuple(families), style)
 
 
+def plain(text: str) -> str:
+    """Return words that may have dollar signs, which are no formula."""
+    return text.replace("$", r"\$")
+
+
 def face_of(font: Font) -> str:
     """Return what the letters of a font are called in the table."""
     return f"{font.families[0]} {font.style}"

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import field
 from types import MappingProxyType
-from typing import Final
+from typing import Any, Final
 
 from mechdae.records import dataclass
 
@@ -47,6 +47,18 @@ DASHES: Final = (
     (0.0, (12.0, 3.0)),
     (0.0, (1.5, 1.5)),
 )
+
+
+def color_of(k: int) -> str:
+    """Return the colour of a curve, a variant or a design by its number."""
+    return SERIES[k % len(SERIES)]
+
+
+def line_of(k: int) -> dict[str, Any]:
+    """Return colour and dashes of a curve by its number."""
+    return {"color": color_of(k), "linestyle": DASHES[k % len(DASHES)] or "-"}
+
+
 DOTTED: Final = (0.0, (1.2, 1.6))
 """Curves without friction, beside the one with it."""
 ARCS: Final = {

@@ -188,7 +188,7 @@ def _diagrams(ax: Axes, entries: Sequence[tuple[Any, dict[str, Any]]], names: li
     drawn: list[Sheet] = []
     for k in reversed(range(len(rows))):
         result, scene, pose, traces, ghosts, options = rows[k]
-        color = style.SERIES[k % len(style.SERIES)]
+        color = style.color_of(k)
         theme = style.Theme({**base.colours, **dict.fromkeys(style.VARIED, color)})
         view = View(
             traces,
@@ -200,13 +200,9 @@ def _diagrams(ax: Axes, entries: Sequence[tuple[Any, dict[str, Any]]], names: li
             behind=tuple(drawn),
             bare=k > 0,
             paper=base,
-            legend=tuple(zip(names, _colors(len(names)), strict=True)) if k == 0 else (),
+            legend=() if k else tuple((name, style.color_of(n)) for n, name in enumerate(names)),
         )
         drawn.append(draw_pose(ax, scene, result, pose, view, theme, words))
-
-
-def _colors(count: int) -> list[str]:
-    return [style.SERIES[k % len(style.SERIES)] for k in range(count)]
 
 
 __all__ = ["add", "on_axes", "remember", "variant_names"]

@@ -9,11 +9,19 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import FixedLocator, MaxNLocator
 
 from mechdae.draw import style
-from mechdae.draw.designs.drawn_design import class_name, objective_text, runs_of, sense_of
-from mechdae.draw.designs.parts import SEPARATOR, color_of, headed
+from mechdae.draw.designs.drawn_design import (
+    SEPARATOR,
+    class_name,
+    headed,
+    objective_text,
+    runs_of,
+    sense_of,
+)
 from mechdae.draw.diagram.diagram import fitted
-from mechdae.draw.fonts import font
-from mechdae.draw.graphs.frame import Entry, Panels
+from mechdae.draw.figure import note
+from mechdae.draw.fonts import plain
+from mechdae.draw.graphs.frame import Entry, Panels, shaded
+from mechdae.draw.style import color_of
 from mechdae.draw.words import Words
 from mechdae.records import dataclass
 from mechdae.results.kinds import SynthesisResult
@@ -184,30 +192,14 @@ def _draw(frame: Panels, panel: Axes, rows: Sequence[Bar], colours: Mapping[str,
     for place, row in enumerate(rows):
         color = colours.get(row.kind, style.FAINT) if row.what != "failed" else style.FAINT
         face = {"design": color, "failed": style.GHOST}.get(row.what, style.PAPER)
-        panel.barh(
-            place,
-            row.hits,
-            THICK,
-            facecolor=face,
-            edgecolor=color,
-            linewidth=style.LINE * k,
-            hatch={"rejected": REJECTED, "failed": LOST}.get(row.what),
-            zorder=3,
-            gid=f"{row.what}-{place + 1}",
-        )
+        hatch = {"rejected": REJECTED, "failed": LOST}.get(row.what, "")
+        look = shaded((face, color, hatch)) | {"linewidth": style.LINE * k}
+        panel.barh(place, row.hits, THICK, zorder=3, gid=f"{row.what}-{place + 1}", **look)
         share = row.hits / (most / BARS)
         room = (1.0 - share) * frame.box[2] - 8.0 * k
         text, chosen = fitted(row.text, style.TICK * k, room, style.NOTE_FONT)
-        panel.annotate(
-            text.replace("$", r"\$"),
-            (row.hits, place),
-            xytext=(5.0 * k, 0.0),
-            textcoords="offset points",
-            va="center_baseline",
-            fontproperties=font(chosen.size, style.NOTE_FONT).properties,
-            color=style.INK,
-            gid=f"text-{place + 1}",
-        )
+        more = {"va": "center_baseline", "gid": f"text-{place + 1}"}
+        note(panel, plain(text), (row.hits, place), (5.0 * k, 0.0), chosen, style.INK, **more)
     panel.set_yticks(range(len(rows)), [row.label for row in rows])
     ticks = MaxNLocator(nbins=5, integer=True).tick_values(0, most)
     panel.xaxis.set_major_locator(FixedLocator([t for t in ticks if 0 <= t <= most]))

@@ -12,15 +12,20 @@ from matplotlib.ticker import MaxNLocator, MultipleLocator
 from mechdae.describe.coordinates import coordinate
 from mechdae.describe.tasks.goals import FunctionTargets, Rocker, StraightLine, Visits
 from mechdae.draw import style
-from mechdae.draw.designs.drawn_design import DrawnDesign, chosen, design_of
-from mechdae.draw.designs.line import deviation
-from mechdae.draw.designs.output import errors_of, scale_of_errors, unit_text
-from mechdae.draw.designs.parts import color_of, divided, headed, line_of, mark_of
-from mechdae.draw.designs.paths import RING, draw_paths
-from mechdae.draw.designs.targets import Targets
+from mechdae.draw.designs.drawn_design import (
+    DrawnDesign,
+    chosen,
+    design_of,
+    divided,
+    headed,
+    mark_of,
+)
+from mechdae.draw.designs.output import deviation, errors_of, scale_of_errors, unit_text
+from mechdae.draw.designs.targets import MARK, Targets, draw_paths
 from mechdae.draw.diagram.scene import Array
 from mechdae.draw.graphs.frame import Entry, Panels
 from mechdae.draw.graphs.scale import scale_of, step_of
+from mechdae.draw.style import color_of, line_of
 from mechdae.draw.words import Words
 from mechdae.errors import InputError, UnavailableError
 
@@ -88,7 +93,7 @@ def _paths(designs: Sequence[DrawnDesign], goal: Visits, ax: Axes | None, words:
     """Draw the paths of a point, or of a body's origin, over the targets; below, the errors."""
     wanted = np.array(goal.targets)[:, :2]
     paths = [own.path(goal.what) for own in designs]
-    ring = [Entry(words("target"), line=RING)]
+    ring = [Entry(words("target"), line=MARK)]
     frame = _frame(designs, words("path of", goal.what), ax, words, HEIGHT + BELOW, ring)
     panel = frame.panels[0]
     _at_targets(designs, divided(panel, SHARE), words)
@@ -106,19 +111,13 @@ def _paths(designs: Sequence[DrawnDesign], goal: Visits, ax: Axes | None, words:
 def _at_targets(designs: Sequence[DrawnDesign], ax: Axes, words: Words) -> None:
     """Draw the error of each design at each target."""
     frame = Panels(ax, 1, "", "")
-    panel, k = frame.panels[0], frame.k
+    panel = frame.panels[0]
     errors = [np.abs(np.array(own.data["errors"], float)) for own in designs]
     small, power = scale_of_errors("m", np.concatenate(errors), designs[0].result.units)
     for index, own in enumerate(errors):
-        panel.plot(
-            np.arange(1, len(own) + 1),
-            small(own),
-            **line_of(index),
-            linewidth=1.2 * k,
-            marker=mark_of(index),
-            markersize=3.5 * k,
-            gid=f"errors-{index + 1}",
-        )
+        look = line_of(index) | {"linewidth": 1.2, "marker": mark_of(index), "markersize": 3.5}
+        x = np.arange(1, len(own) + 1)
+        frame.line(panel, f"errors-{index + 1}", x, small(own), zorder=2, **look)
     panel.xaxis.set_major_locator(MaxNLocator(integer=True))
     panel.set_ylim(0.0, 1.08 * float(small(np.concatenate(errors)).max()) or 1.0)
     panel.margins(x=0.02)
@@ -157,15 +156,8 @@ def _errors(
         look = line_of(index)
         if points:
             look |= {"linestyle": "", "marker": mark_of(index)}
-        panel.plot(
-            across(at),
-            small(errors),
-            **look,
-            linewidth=1.5 * k,
-            markersize=4.5 * k,
-            zorder=3,
-            gid=f"errors-{index + 1}",
-        )
+        look |= {"linewidth": 1.5, "markersize": 4.5}
+        frame.line(panel, f"errors-{index + 1}", across(at), small(errors), **look)
     panel.margins(x=0.01 if points else 0.0)
     frame.label(panel, f"{what} [{across.unit}]", f"{word} [{unit_text(small, power)}]")
     return panel
@@ -175,20 +167,14 @@ def _angles(designs: Sequence[DrawnDesign], goal: Rocker, ax: Axes | None, words
     """Draw what a rocker turns or slides from its first extreme, over the driver from there."""
     driver, mechanism = designs[0].demand.driver, designs[0].problem.mechanism
     frame = _frame(designs, goal.coordinate, ax, words, HEIGHT * 0.8)
-    panel, k, units = frame.panels[0], frame.k, designs[0].result.units
+    panel, units = frame.panels[0], designs[0].result.units
     across = scale_of(coordinate(mechanism, driver).unit, (), units)
     up = scale_of(coordinate(mechanism, goal.coordinate).unit, (), units)
     for index, own in enumerate(designs):
         at = own.driven(own.motion)
         angle = own.series(own.motion, goal.coordinate)
-        panel.plot(
-            across(at - at[0]),
-            up(angle - angle[0]),
-            **line_of(index),
-            linewidth=1.5 * k,
-            zorder=3,
-            gid=f"angle-{index + 1}",
-        )
+        track = across(at - at[0]), up(angle - angle[0])
+        frame.line(panel, f"angle-{index + 1}", *track, linewidth=1.5, **line_of(index))
     panel.margins(x=0.0)
     if across.unit == "deg":
         span = float(across(np.ptp(designs[0].driven(designs[0].motion))))

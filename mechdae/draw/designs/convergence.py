@@ -10,10 +10,17 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 
 from mechdae.draw import style
-from mechdae.draw.designs.drawn_design import class_name, objective_text, runs_of, sense_of
-from mechdae.draw.designs.parts import color_of, headed, mark_of
+from mechdae.draw.designs.drawn_design import (
+    class_name,
+    headed,
+    mark_of,
+    objective_text,
+    runs_of,
+    sense_of,
+)
 from mechdae.draw.diagram.scene import Array
 from mechdae.draw.graphs.frame import Entry, Panels
+from mechdae.draw.style import color_of
 from mechdae.draw.words import Words
 
 DECADES = 30.0
@@ -73,28 +80,19 @@ def _key(runs: Sequence[Mapping[str, Any]], there: Any, words: Words) -> list[En
 
 def _starts(frame: Panels, runs: Sequence[Mapping[str, Any]], values: Array, better: Any) -> None:
     """Draw the starts by their classes, the best so far, and those that failed above them."""
-    panel, k = frame.panels[0], frame.k
+    panel = frame.panels[0]
     numbers, there = np.arange(1, len(runs) + 1), np.isfinite(values)
     if there.any():
-        look = {**BEST, "linewidth": BEST["linewidth"] * k}
         best = better.accumulate(values)
-        panel.step(numbers, best, where="post", gid="best", zorder=2, **look)
+        frame.line(panel, "best", numbers, best, drawstyle="steps-post", zorder=2, **BEST)
     for index, name in enumerate(dict.fromkeys(run["class"] for run in runs)):
         own = there & np.array([run["class"] == name for run in runs])
         if own.any():
-            options = _mark(index)
-            options["markersize"] *= k
-            panel.plot(numbers[own], values[own], **options, zorder=3, gid=f"starts-{name}")
+            frame.line(panel, f"starts-{name}", numbers[own], values[own], **_mark(index))
     if not there.all():
         lost = numbers[~there]
-        panel.plot(
-            lost,
-            np.full(len(lost), FAILED),
-            transform=panel.get_xaxis_transform(),
-            zorder=3,
-            gid="failed",
-            **{**CROSS, "markersize": CROSS["markersize"] * k},
-        )
+        height, above = np.full(len(lost), FAILED), panel.get_xaxis_transform()
+        frame.line(panel, "failed", lost, height, transform=above, **CROSS)
 
 
 def _mark(index: int) -> dict[str, Any]:

@@ -9,14 +9,20 @@ from matplotlib.axes import Axes
 
 from mechdae.describe.tasks.goals import FunctionTargets, Rocker, StraightLine, Visits
 from mechdae.draw import style
-from mechdae.draw.designs import line, output
-from mechdae.draw.designs.drawn_design import TURN, DrawnDesign, chosen, design_of
-from mechdae.draw.designs.parts import above_and_below, draw_facts
-from mechdae.draw.designs.paths import draw_paths
+from mechdae.draw.designs import output
+from mechdae.draw.designs.drawn_design import (
+    TURN,
+    DrawnDesign,
+    above_and_below,
+    chosen,
+    design_of,
+    draw_facts,
+)
 from mechdae.draw.designs.targets import (
     Targets,
     draw_dots,
     draw_path,
+    draw_paths,
     draw_swing,
     draw_targets,
     enlarged,
@@ -86,7 +92,7 @@ def draw(
     if isinstance(goal, FunctionTargets):
         return output.draw(drawn, goal, ax, words)
     if isinstance(goal, StraightLine):
-        return line.draw(drawn, goal, ax, labels, words)
+        return output.draw_line(drawn, goal, ax, labels, words)
     if isinstance(goal, Visits):
         return _visits(drawn, goal, ax, labels, words)
     axes = new_axes() if ax is None else ax

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 from mechdae.describe.coordinates import coordinate
 from mechdae.describe.file.problem import Problem
@@ -21,16 +23,21 @@ from mechdae.describe.tasks.goals import (
     StraightLine,
 )
 from mechdae.describe.tasks.synthesis import Demand, demand, listed_goals
-from mechdae.draw.diagram.scene import Array, read_scene
+from mechdae.draw import style
+from mechdae.draw.diagram.diagram import draw_pose
+from mechdae.draw.diagram.scene import Array, DrawnScene, read_scene
+from mechdae.draw.diagram.view import View
+from mechdae.draw.figure import new_axes
+from mechdae.draw.graphs.frame import Entry, Panels
 from mechdae.draw.space.spatial_scene import read_spatial
 from mechdae.draw.words import Words
 from mechdae.errors import InputError
 from mechdae.records import dataclass
 from mechdae.results import UNITS, Result
+from mechdae.results.kinds import SynthesisResult
 
 if TYPE_CHECKING:
     from mechdae.results import SynthesisResult
-
 
 TURN = 2 * np.pi
 
@@ -233,3 +240,92 @@ def objective_text(result: SynthesisResult, words: Words) -> str:
     if measure == "minimax":
         return words("objective largest", words("m"))
     return words("objective sum", f"{words('m')}²")
+
+
+SIDE, RIGHT = 52.0, 14.0
+"""Room beside the graph in a new figure [pt]."""
+UNDER, OVER = 38.0, 4.0
+"""Room below and above it."""
+SEPARATOR = "  ·  "
+MARKS = ("o", "s", "^", "D", "v", "P", "X")
+
+
+def headed(
+    result: SynthesisResult, ax: Axes | None, facts: Sequence[str], key: Sequence[Entry],
+    height: float,
+) -> Panels:  # fmt: skip
+    """Return a graph with the title of the task, facts and a key, ``height`` [pt] in a new figure.
+
+    Parameters
+    ----------
+    facts
+        What stands below the title.
+    """
+    title = str(result.title or result.problem)
+    return Panels(ax, 1, title, SEPARATOR.join(facts), key, height=height)
+
+
+def draw_facts(
+    axes: Axes,
+    scene: DrawnScene,
+    design: DrawnDesign,
+    words: Words,
+    facts: Sequence[str],
+    pose: int = 0,
+    **options: Any,
+) -> None:
+    """Draw the diagram of a design with facts below its title; `options` are those of a `View`."""
+    view = View(loads=False, subtitle=SEPARATOR.join(facts), **options)
+    motion = design.motion.in_units(design.result.units)
+    draw_pose(axes, scene, motion, pose, view, style.LIGHT, words)
+
+
+def mark_of(index: int) -> str:
+    """Return the mark of a design, or of a class of them."""
+    return MARKS[index % len(MARKS)]
+
+
+def above_and_below(ax: Axes | None, below: float, share: float) -> tuple[Axes, Axes]:
+    """Return axes for the diagram and for the graph.
+
+    Parameters
+    ----------
+    ax
+        Axes whose place is divided; None makes a new figure.
+    below
+        Height of the graph with its labels in a new figure [pt].
+    share
+        Share of the place of given axes that the graph takes.
+    """
+    if ax is None:
+        upper = new_axes()
+        figure = upper.get_figure(root=True)
+        assert isinstance(figure, Figure)
+        width, height = style.FIGURE
+        tall = height + below / 72
+        box = upper.get_position()
+        figure.set_size_inches(width, tall)
+        part = height / tall
+        upper.set_position((box.x0, 1 - (1 - box.y0) * part, box.width, box.height * part))
+        left = SIDE / 72 / width
+        lower = figure.add_axes(
+            (
+                left,
+                UNDER / 72 / tall,
+                1 - left - RIGHT / 72 / width,
+                (below - UNDER - OVER) / 72 / tall,
+            )
+        )
+        return upper, lower
+    return ax, divided(ax, share)
+
+
+def divided(ax: Axes, share: float) -> Axes:
+    """Return new axes in the lower part of the place of others, which become as much lower."""
+    figure = ax.get_figure(root=True)
+    assert isinstance(figure, Figure)
+    box = ax.get_position()
+    part = share * box.height
+    ax.set_position((box.x0, box.y0 + part, box.width, box.height - part))
+    gap = min((UNDER + OVER) / 72 / float(figure.get_size_inches()[1]), 0.5 * part)
+    return figure.add_axes((box.x0, box.y0, box.width, part - gap))

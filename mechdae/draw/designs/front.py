@@ -9,12 +9,14 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from mechdae.draw import style
-from mechdae.draw.designs.parts import SEPARATOR
+from mechdae.draw.designs.drawn_design import SEPARATOR
+from mechdae.draw.figure import note
+from mechdae.draw.fonts import font
 from mechdae.draw.graphs.frame import Panels
 from mechdae.draw.graphs.scale import number, scale_of
 from mechdae.draw.words import Words
 from mechdae.errors import InputError
-from mechdae.types import Floats, Points
+from mechdae.types import Floats, Json, Points
 
 if TYPE_CHECKING:
     from mechdae.results import SynthesisResult
@@ -75,20 +77,15 @@ def _pair(
     if alone:
         steps: Any = "post" if objectives[pair[0]]["sense"] == "least" else "pre"
         order = np.argsort(x, kind="stable")
-        panel.step(
-            x[order], y[order], where=steps, color=style.SERIES[0], linewidth=0.8 * k,
-            zorder=2, gid="front-edge",
-        )  # fmt: skip
-    panel.plot(
-        x, y, linestyle="", marker="o", markersize=5.0 * k, color=style.SERIES[0],
-        markeredgecolor=style.PAPER, markeredgewidth=0.7 * k, zorder=3, gid="front",
-    )  # fmt: skip
-    every = -(-len(x) // NUMBERED)
+        edge = {"linewidth": 0.8, "drawstyle": f"steps-{steps}", "zorder": 2}
+        frame.line(panel, "front-edge", x[order], y[order], color=style.SERIES[0], **edge)
+    look: Json = {"linestyle": "", "marker": "o", "markersize": 5.0, "color": style.SERIES[0]}
+    look |= {"markeredgecolor": style.PAPER, "markeredgewidth": 0.7}
+    frame.line(panel, "front", x, y, **look)
+    every, small = -(-len(x) // NUMBERED), font(7.0 * k, style.NOTE_FONT)
     for n in range(0, len(x), every):
-        panel.annotate(
-            str(n + 1), (x[n], y[n]), (5.0 * k, 4.0 * k), textcoords="offset points",
-            fontsize=7.0 * k, color=style.FAINT, gid=f"front-{n + 1}",
-        )  # fmt: skip
+        spot, offset, gid = (x[n], y[n]), (5.0 * k, 4.0 * k), f"front-{n + 1}"
+        note(panel, str(n + 1), spot, offset, small, style.FAINT, gid=gid)
     for axis, log, own in zip("xy", logs, (x, y), strict=True):
         if log and own.max() < 1e3 * own.min():
             panel.minorticks_off()

@@ -1,4 +1,4 @@
-"""A function generator: output against input with what is wanted, the error below."""
+"""Functions and straight lines: what a design gives, what is wanted, below it the error."""
 
 from __future__ import annotations
 
@@ -9,14 +9,18 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import MultipleLocator
 
 from mechdae.describe.coordinates import coordinate
-from mechdae.describe.tasks.goals import FunctionTargets
+from mechdae.describe.tasks.goals import FunctionTargets, StraightLine
 from mechdae.describe.units import SI, Units
 from mechdae.draw import style
-from mechdae.draw.designs.drawn_design import TURN, DrawnDesign
-from mechdae.draw.diagram.scene import Array
+from mechdae.draw.designs.drawn_design import TURN, DrawnDesign, above_and_below, draw_facts
+from mechdae.draw.designs.targets import draw_path
+from mechdae.draw.diagram.diagram import extent
+from mechdae.draw.diagram.scene import Array, read_scene
 from mechdae.draw.graphs.frame import Entry, Panels
 from mechdae.draw.graphs.scale import Scale, scale_of, step_of
+from mechdae.draw.sheet import Sheet, unit
 from mechdae.draw.words import Words
+from mechdae.types import Json
 
 TINY = 0.1
 """Values smaller than this are shown as multiples of a power of ten."""
@@ -42,7 +46,7 @@ def draw(design: DrawnDesign, goal: FunctionTargets, ax: Axes | None, words: Wor
     unit = unit_text(small, power)
     facts = [design.name(words), *design.facts(words)]
     facts.insert(2, words("largest error", worst_text(outputs.unit, errors, words, units)))
-    solid = {"color": style.SERIES[0], "linewidth": 1.6}
+    solid: Json = {"color": style.SERIES[0], "linewidth": 1.6}
     asked: dict[str, Any]
     if goal.targets:
         asked = {"marker": "o", "markersize": 5.0, "markerfacecolor": style.PAPER,
@@ -53,18 +57,15 @@ def draw(design: DrawnDesign, goal: FunctionTargets, ax: Axes | None, words: Wor
     frame = Panels(
         ax, 2, str(design.result.title or design.result.problem), "  ·  ".join(facts), key
     )
-    k = frame.k
     upper, lower = frame.panels
-    upper.plot(across(x), up(y), color=style.SERIES[0], linewidth=1.6 * k, gid="output")
-    scaled = {**asked, "linewidth": 1.4 * k} if not goal.targets else {**asked, "markersize": 5 * k}
-    upper.plot(across(at), up(wanted), **scaled, zorder=4, gid="wanted")
-    lower.axhline(0.0, color=style.FAINT, linewidth=0.8 * k, zorder=1)
+    frame.line(upper, "output", across(x), up(y), zorder=2, **solid)
+    frame.line(upper, "wanted", across(at), up(wanted), zorder=4, **asked)
     if goal.targets:
-        lower.vlines(across(at), 0.0, small(errors), color=style.ARROW, linewidth=1.4 * k)
-        lower.plot(across(at), small(errors), **scaled, zorder=4, gid="error")
+        lower.axhline(0.0, color=style.FAINT, linewidth=0.8 * frame.k, zorder=1)
+        lower.vlines(across(at), 0.0, small(errors), color=style.ARROW, linewidth=1.4 * frame.k)
+        frame.line(lower, "error", across(at), small(errors), zorder=4, **asked)
     else:
-        lower.plot(across(at), small(errors), color=style.ARROW, linewidth=1.5 * k, gid="error")
-        lower.fill_between(across(at), small(errors), color=style.ARROW, alpha=0.15, linewidth=0)
+        draw_errors(frame, lower, across(at), small(errors), "error")
     frame.label(upper, y=f"{goal.output} [{up.unit}]")
     frame.label(lower, f"{design.demand.driver} [{across.unit}]", f"{words('error')} [{unit}]")
     ends = np.sort(across(x))[[0, -1]]
@@ -73,6 +74,13 @@ def draw(design: DrawnDesign, goal: FunctionTargets, ax: Axes | None, words: Wor
     margin = 0.015 * (ends[1] - ends[0]) if goal.targets else 0.0
     upper.set_xlim(ends[0] - margin, ends[1] + margin)
     return upper
+
+
+def draw_errors(frame: Panels, panel: Axes, x: Array, errors: Array, gid: str) -> None:
+    """Draw errors over an interval, filled from zero."""
+    panel.axhline(0.0, color=style.FAINT, linewidth=0.8 * frame.k, zorder=1)
+    panel.fill_between(x, errors, color=style.ARROW, alpha=0.15, linewidth=0)
+    frame.line(panel, gid, x, errors, color=style.ARROW, linewidth=1.5, zorder=2)
 
 
 def errors_of(design: DrawnDesign, goal: FunctionTargets) -> tuple[Array, Array]:
@@ -121,3 +129,64 @@ def _wanted(
         near = np.interp(inside, x[order], y[order])
         wanted = wanted + TURN * np.round((near - wanted) / TURN)
     return inside, wanted
+
+
+BELOW = 150.0
+"""Height of the deviation with its labels in a new figure [pt]."""
+SHARE = 0.3
+"""Share of given axes that the deviation takes."""
+
+
+def draw_line(
+    design: DrawnDesign, goal: StraightLine, ax: Axes | None, labels: bool, words: Words
+) -> Axes:
+    """Draw the diagram at the beginning of the line, and the deviation along it."""
+    upper, lower = above_and_below(ax, BELOW, SHARE)
+    along, errors, places = deviation(design, goal)
+    scene = read_scene(design.motion)
+    path = design.path(goal.point)
+
+    def overlay(sheet: Sheet) -> str:
+        draw_path(sheet, path, f"path-{goal.point}", style.LINE)
+        points = sheet.at(places)
+        sheet.line(
+            points[[0, -1]],
+            color=style.ARROW,
+            width=style.THIN,
+            dash=style.DASHED,
+            z=style.Z_MARK,
+            gid="line",
+        )
+        sheet.line(
+            points, color=style.WHEEL, width=style.BAR, z=style.Z_MARK, gid="straight", weight=0.0
+        )
+        for k, number in ((0, 1), (-1, 2)):
+            sheet.circle(points[k], 3.0, fill=style.PAPER, edge=style.ARROW, gid=f"target-{number}")
+        return ""
+
+    units = design.result.units
+    small, power = scale_of_errors("m", errors, units)
+    text = unit_text(small, power)
+    facts = [design.name(words), *design.facts(words)]
+    facts.insert(2, words("largest error", worst_text("m", errors, words, units)))
+    low, high, size = extent(scene, 0, True, 0)
+    draw_facts(upper, scene, design, words, facts, labels=labels, bounds=(low, high, size),
+               overlay=overlay)  # fmt: skip
+    frame = Panels(lower, 1, "", "")
+    panel = frame.panels[0]
+    across = scale_of("m", [along], units)
+    draw_errors(frame, panel, across(along), small(errors), "deviation")
+    panel.set_xlim(*np.sort(across(along))[[0, -1]])
+    frame.label(
+        panel, f"{words('along the line')} [{across.unit}]", f"{words('deviation')} [{text}]"
+    )
+    return upper
+
+
+def deviation(design: DrawnDesign, goal: StraightLine) -> tuple[Array, Array, Array]:
+    """Return way along the line, deviation from it, and the places of the point."""
+    places = design.places(design.moves.between, goal.point)
+    errors = np.array(design.data["errors"], float)
+    # the deviation bends nothing: the way is that between the ends
+    way = unit(places[-1] - places[0])
+    return (places - places[0]) @ way, errors, places

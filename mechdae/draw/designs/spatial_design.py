@@ -11,8 +11,7 @@ from matplotlib.axes import Axes
 from mechdae.describe.tasks.goals import FunctionTargets, Visits
 from mechdae.draw import style
 from mechdae.draw.designs import output
-from mechdae.draw.designs.drawn_design import DrawnDesign, chosen, design_of
-from mechdae.draw.designs.parts import SEPARATOR
+from mechdae.draw.designs.drawn_design import SEPARATOR, DrawnDesign, chosen, design_of
 from mechdae.draw.designs.targets import Targets, draw_path, draw_targets
 from mechdae.draw.figure import new_axes
 from mechdae.draw.sheet import Sheet

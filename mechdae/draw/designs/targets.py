@@ -1,20 +1,26 @@
-"""A path, its targets as numbered rings, and the errors, drawn into a diagram."""
+"""A path, its targets as numbered rings, and the errors: in a diagram, or enlarged in a graph."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
 
+from mechdae.describe.units import SI, Units
 from mechdae.draw import style
 from mechdae.draw.diagram.diagram import nice_length
 from mechdae.draw.diagram.scene import Array
 from mechdae.draw.fonts import font, ink
+from mechdae.draw.graphs.frame import Panels, Places
+from mechdae.draw.graphs.scale import scale_of
 from mechdae.draw.labels.layout import cheapest
 from mechdae.draw.labels.obstacles import Obstacles
 from mechdae.draw.sheet import Sheet, arc, unit
 from mechdae.draw.words import Words
 from mechdae.records import dataclass
+from mechdae.types import Json
 
 RING, DOT = 3.0, 1.2
 """Radius of a target, and of one that is also drawn enlarged elsewhere."""
@@ -163,3 +169,95 @@ def draw_swing(
             along = np.array([np.cos(turn), np.sin(turn)])
             spots.append(centre + along * (radius + lift * (5.0 + np.abs(along) @ half)))
     _write(sheet, spots, half, text, "swing-text")
+
+
+ROOM = 26.0
+"""Free border around paths [pt]."""
+NUMBER = 13.0
+"""Usual distance of a number from its target [pt]."""
+FAR = 0.75
+"""Paths are shown up to so many sizes of the targets beside them."""
+MARK: Json = {
+    "marker": "o",
+    "linestyle": "",
+    "markersize": 5.0,
+    "markeredgewidth": 1.3,
+    "markerfacecolor": style.PAPER,
+    "markeredgecolor": style.INK,
+}
+"""Mark of a target."""
+
+
+def draw_paths(
+    frame: Panels,
+    panel: Axes,
+    paths: Sequence[Array],
+    looks: Sequence[dict[str, Any]],
+    targets: Targets,
+    color: str = style.INK,
+    errors: bool = False,
+    units: Units = SI,
+) -> float:
+    """Draw paths and targets into a panel whose place is final; return how errors are enlarged.
+
+    Parameters
+    ----------
+    paths, looks
+        (n, 2) [m] each, with the options of its line.
+    color
+        Colour of the targets and their numbers.
+    errors
+        Whether lines for the errors are drawn.
+    units
+        Those that lengths are shown in.
+    """
+    scale = scale_of("m", [targets.wanted], units)
+    shown = [scale(path) for path in paths]
+    wanted, reached = scale(targets.wanted), scale(targets.reached)
+    everything = np.vstack([wanted, *shown])
+    everything = everything[np.isfinite(everything).all(axis=1)]
+    # paths that run far away do not shrink the targets
+    most = FAR * float(np.ptp(wanted, axis=0).max())
+    low = np.maximum(everything.min(axis=0), wanted.min(axis=0) - most)
+    high = np.minimum(everything.max(axis=0), wanted.max(axis=0) + most)
+    unit = frame.equal(panel, low, high, ROOM)
+    places = Places(frame, panel)
+    for number, (path, look) in enumerate(zip(shown, looks, strict=True), 1):
+        frame.line(panel, f"path-{number}", *path.T, linewidth=1.5, **look)
+        places.keep(*path.T)
+    factor = enlargement((reached - wanted) / unit, wanted / unit) if errors else 0.0
+    if factor:
+        for number, (place, gap) in enumerate(zip(wanted, reached - wanted, strict=True), 1):
+            ends = np.array([place, place + factor * gap])
+            frame.line(panel, f"error-{number}", *ends.T, color=color, linewidth=1.5, zorder=4)
+            places.keep(*ends.T)
+    frame.line(panel, "targets", *wanted.T, zorder=5, **{**MARK, "markeredgecolor": color})
+    for x, y in wanted:
+        places.keep([x], [y])
+    ways = _ways(wanted, unit * frame.k)
+    for number, ((x, y), away) in enumerate(zip(wanted, ways, strict=True), 1):
+        for way in away:
+            if places.write(x, y, str(number), color, away=way):
+                break
+    frame.label(panel, f"x [{scale.unit}]", f"y [{scale.unit}]")
+    return factor
+
+
+def _ways(targets: Array, unit: float) -> list[list[tuple[float, float]]]:
+    """Return the directions in which each target may have its number, outwards first.
+
+    A number stands nearer to its own target than to another one.
+    """
+    middle = targets.mean(axis=0)
+    found = []
+    for k, target in enumerate(targets):
+        gap = target - middle
+        first = float(np.arctan2(gap[1], gap[0]))
+        own = []
+        for turn in (0.0, np.pi, 0.5 * np.pi, -0.5 * np.pi):
+            way = np.array([np.cos(first + turn), np.sin(first + turn)])
+            spot = target + NUMBER * unit * way
+            if int(np.argmin(np.hypot(*(targets - spot).T))) == k:
+                own.append((float(way[0]), float(way[1])))
+        found.append(own)
+    return found

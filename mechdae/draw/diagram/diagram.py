@@ -31,7 +31,7 @@ from mechdae.draw.diagram.scene import SHORT, Array, DrawnScene, choose_pose, na
 from mechdae.draw.diagram.shapes import draw_body, draw_bridges, draw_ghost, shape_of
 from mechdae.draw.diagram.view import View
 from mechdae.draw.diagram.wheels import circles, draw_wheels, rack_span
-from mechdae.draw.fonts import font, ink, width_of
+from mechdae.draw.fonts import font, ink, plain, width_of
 from mechdae.draw.labels.labels import Links, write_all, writings
 from mechdae.draw.sheet import Sheet, margins_of
 from mechdae.draw.smooth import few_named, traced
@@ -521,7 +521,7 @@ def write_legend(sheet: Sheet, legend: Sequence[tuple[str, str]], lift: float) -
     x = 4.0
     for name, color in legend:
         chosen, start = font(style.SUBTITLE, style.NOTE_FONT), (x, sheet.size[1] + lift)
-        sheet.write(start, name.replace("$", r"\$"), chosen, color, f"variant-{name}")
+        sheet.write(start, plain(name), chosen, color, f"variant-{name}")
         x += width_of(name, chosen) + 14.0
 
 
@@ -567,4 +567,4 @@ def write_titles(
     top = sheet.size[1] - max(24.0 + style.TITLE - sheet.above, 0.0)  # lower in axes of others
     for text, size, lift, color, gid in rows:
         text, chosen = fitted(text, size, room, style.NOTE_FONT)
-        sheet.write((4.0, top + lift), text.replace("$", r"\$"), chosen, color, gid)
+        sheet.write((4.0, top + lift), plain(text), chosen, color, gid)

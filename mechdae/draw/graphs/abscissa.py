@@ -7,11 +7,11 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator, MultipleLocator
 
 from mechdae.draw import style
-from mechdae.draw.graphs.frame import Entry
+from mechdae.draw.graphs.frame import Entry, Panels, shaded
+from mechdae.draw.graphs.poles import Clip, stretches
 from mechdae.draw.graphs.scale import Scale, number, scale_of, step_of
 from mechdae.draw.graphs.series import Array, lines_of
 from mechdae.errors import InputError
@@ -27,6 +27,10 @@ REFINED = {"jammed": "jammed_arcs", "ambiguous": "ambiguous_arcs"}
 """Statuses whose arcs a cycle locates between the poses."""
 LOST = ("unassembled", "singular")
 DOTS: Dashes = (0.0, (1.5, 2.0))
+BEYOND: Dashes = (0.0, (1.0, 3.0))
+"""Dashes of the lines where series leave the picture."""
+NEAR = 0.005
+"""Such places nearer to each other than that share of the abscissa are named once."""
 MARKS: dict[str, tuple[str, Dashes | str]] = {
     "limit": ("limit", style.DASH_DOT),
     "end_of_curve": ("end of the curve", style.DASH_DOT),
@@ -170,11 +174,22 @@ def _ends(entry: dict[str, Any], axis: Abscissa) -> tuple[float, float]:
 def _runs(status: Texts, values: Array, word: str) -> Iterator[StatusArc]:
     order = np.argsort(values, kind="stable")
     x, there = values[order], np.asarray(status)[order] == word
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], there.astype(int), [0]])))
-    for first, after in zip(edges[::2], edges[1::2], strict=True):
+    for first, after in stretches(there):
         low = (x[first - 1] + x[first]) / 2 if first else x[first]
         high = (x[after - 1] + x[after]) / 2 if after < len(x) else x[after - 1]
         yield StatusArc(word, float(low), float(high))
+
+
+def subtitle_of(result: Result, *more: str) -> str:
+    """Return problem, task and number of poses in one line."""
+    count = len(result.status)
+    poses = f"{count} poses" if count > 1 else "1 pose"
+    return "  ·  ".join([result.problem, result.task, poses, *more])
+
+
+def axis_label(axis: Abscissa) -> str:
+    """Return the label of the abscissa, with its unit."""
+    return f"{axis.label} [{axis.scale.unit}]" if axis.scale.unit else axis.label
 
 
 def in_window(axis: Abscissa, start: float | None, end: float | None) -> tuple[Abscissa, slice]:
@@ -244,12 +259,24 @@ def key_of(
     return entries
 
 
+def beyond_key(axis: Abscissa, clips: Sequence[Clip | None]) -> list[Entry]:
+    """Return the entry of the key that says where series leave the picture."""
+    found = [own.at for clip in clips if clip is not None for own in clip.beyond]
+    near = NEAR * float(np.ptp(axis.values[np.isfinite(axis.values)])) if found else 0.0
+    places: list[float] = []
+    for at in sorted(found):
+        if not places or at - places[-1] > near:  # components of one vector leave it together
+            places.append(at)
+    if not places:
+        return []
+    where = ", ".join(axis.text(at, 4) for at in places)
+    where = where if len(places) <= SHOWN else f"{len(places)} places"
+    line = {"upright": True, "color": style.FAINT, "linewidth": style.LINE, "linestyle": BEYOND}
+    return [Entry(f"beyond the picture {where}", line=line)]
+
+
 def draw_axis(
-    panels: Sequence[Axes],
-    axis: Abscissa,
-    arcs: Sequence[StatusArc],
-    events: list[tuple[str, float]],
-    k: float,
+    frame: Panels, axis: Abscissa, arcs: Sequence[StatusArc], events: list[tuple[str, float]]
 ) -> None:
     """Set limits and ticks, shade the arcs and draw the events in all panels."""
     low, high = sorted(float(axis.scale(value)) for value in axis.ends)
@@ -257,7 +284,7 @@ def draw_axis(
     if span <= 0:
         low, high = low - 0.5, high + 0.5
     margin = 0.0 if span > 0 and axis.kind in ("driver", "time") else 0.03 * (high - low)
-    for panel in panels:
+    for panel in frame.panels:
         panel.set_xlim(low - margin, high + margin)
         if axis.is_angle and span > 1:
             panel.xaxis.set_major_locator(MultipleLocator(step_of(span, 9)))
@@ -268,39 +295,12 @@ def draw_axis(
             lack = THIN * (high - low) - (end - start)
             if lack > 0:
                 start, end = start - lack / 2, end + lack / 2
-            face, edge, hatch = style.ARCS[arc.word]
-            panel.axvspan(
-                start,
-                end,
-                facecolor=face,
-                edgecolor=edge,
-                hatch=hatch,
-                linewidth=0.0,
-                zorder=0.4,
-                gid=f"arc-{arc.word}",
-            )
+            look = shaded(style.ARCS[arc.word])
+            panel.axvspan(start, end, zorder=0.4, gid=f"arc-{arc.word}", **look)
         for kind, place in events:
-            look = MARKS[kind][1]
-            if isinstance(look, str):
-                panel.plot(
-                    [float(axis.scale(place))],
-                    [0.0],
-                    transform=panel.get_xaxis_transform(),
-                    marker=look,
-                    color=style.INK,
-                    linestyle="",
-                    markersize=MARK["markersize"] * k,
-                    zorder=3.5,
-                    clip_on=False,
-                    gid=f"event-{kind}",
-                )
+            mark, x, gid = MARKS[kind][1], float(axis.scale(place)), f"event-{kind}"
+            if not isinstance(mark, str):
+                frame.upright(panel, x, mark, gid)
                 continue
-            panel.axvline(
-                float(axis.scale(place)),
-                color=style.INK,
-                linewidth=style.LINE * k,
-                linestyle=look,
-                zorder=1.6,
-                clip_on=False,
-                gid=f"event-{kind}",
-            )
+            more = {"transform": panel.get_xaxis_transform(), "clip_on": False, "zorder": 3.5}
+            frame.line(panel, gid, [x], [0.0], marker=mark, color=style.INK, **MARK, **more)

@@ -1,4 +1,4 @@
-"""Paths of points with ticks of equal time, and hodographs."""
+"""Paths of points with ticks of equal time, hodographs, and polar diagrams of bearing loads."""
 
 from __future__ import annotations
 
@@ -7,10 +7,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.patches import Circle
+from matplotlib.ticker import MaxNLocator
 
 from mechdae.describe.mechanism import GROUND
-from mechdae.draw.graphs.abscissa import abscissa_of
-from mechdae.draw.graphs.curves import subtitle_of
+from mechdae.draw import style
+from mechdae.draw.graphs.abscissa import abscissa_of, subtitle_of
 from mechdae.draw.graphs.loci import Locus, draw_loci
 from mechdae.draw.graphs.scale import scale_of
 from mechdae.draw.graphs.series import SMALL, Array, vector_of
@@ -20,7 +22,6 @@ from mechdae.types import Floats
 
 if TYPE_CHECKING:
     from mechdae.results import SweepResult
-
 
 MOST = 6
 """Points that are drawn if none are named."""
@@ -183,3 +184,90 @@ def pivots_of(result: SweepResult, points: Array) -> list[tuple[str, Floats]]:
             if (np.array(place) >= low - reach).all() and (np.array(place) <= high + reach).all():
                 found.setdefault(place, name)
     return [(name, np.array(place)) for place, name in found.items()]
+
+
+AXES = {
+    "reaction": "world axes",
+    "reaction body": "axes of the second body",
+    "reaction radial": "along and across the link",
+}
+
+
+def draw_polar(
+    result: SweepResult, ax: Axes | None = None, *, of: Sequence[str] | None = None
+) -> Axes:
+    """Draw vectors of joints by their tips, with the driver's values along the curves.
+
+    Parameters
+    ----------
+    result
+        Of a task of reactions.
+    ax
+        Axes to draw_polar in; without it a new figure is made.
+    of
+        Paths of vectors: ``"joints/B/reaction"``, ``"joints/B/reaction_body"``; without it the
+        reaction of the pin that has to bear most, of a guide where there is no pin.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+        Axes with equal scales and circles of equal size of the vector.
+
+    Raises
+    ------
+    InputError
+        No joint has a reaction, or the vectors have different units.
+    """
+    chosen = list(of) if of else _largest(result)
+    finest = smooth_vectors(result, chosen)
+    vectors = [vector_of(finest, path) for path in chosen]
+    if not vectors:
+        raise InputError("no joint has a reaction here", hint="solve a task of kind reactions")
+    if len({unit for _, _, unit, _ in vectors}) > 1:
+        raise InputError("the vectors have different units", where="of")
+    quantities = list(dict.fromkeys(quantity for _, quantity, _, _ in vectors))
+    several = len(quantities) > 1
+    loci = [
+        Locus(f"{part} {quantity}" if several else part, values)
+        for part, quantity, _, values in vectors
+    ]
+    unit = vectors[0][2]
+    scale = scale_of(unit, [np.hypot(*locus.values.T) for locus in loci], result.units)
+    axes = ", ".join(AXES.get(quantity.split(",")[0], quantity) for quantity in quantities)
+    radial = quantities == ["reaction radial"]
+    names = ("Fr", "Ft") if radial else ("Fx", "Fy") if unit == "N" else ("x", "y")
+    frame = draw_loci(
+        finest,
+        ax,
+        loci,
+        abscissa_of(finest),
+        scale,
+        (f"{names[0]} [{scale.unit}]", f"{names[1]} [{scale.unit}]"),
+        title=str(result.title or result.problem),
+        subtitle=subtitle_of(result, axes),
+        ticks=True,
+        origin=True,
+        peaks=True,
+    )
+    panel = frame.panels[0]
+    panel.grid(False)
+    largest = max(
+        (float(np.nanmax(np.hypot(*locus.values.T), initial=0.0)) for locus in loci), default=0.0
+    )
+    radii = MaxNLocator(4, steps=[1, 2, 2.5, 5, 10]).tick_values(0.0, float(scale(largest)))
+    for radius in radii[1:]:
+        look = {"facecolor": "none", "edgecolor": style.GHOST, "linewidth": 0.7 * frame.k}
+        panel.add_patch(Circle((0.0, 0.0), float(radius), zorder=1, **look))
+    return panel
+
+
+def _largest(result: SweepResult) -> list[str]:
+    """Return the reaction of the pin with the largest force, else of the guide."""
+    sizes = {
+        name: float(np.nanmax(np.hypot(series.reaction[:, 0], series.reaction[:, 1]), initial=0.0))
+        for name, series in result.joints.items()
+        if "reaction" in series
+    }
+    guides = {name for name in sizes if "normal" in result.joints[name]}
+    sizes = {name: own for name, own in sizes.items() if name not in guides} or sizes
+    return [f"joints/{max(sizes, key=lambda name: sizes[name])}/reaction"] if sizes else []

@@ -11,19 +11,21 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import LogLocator, MultipleLocator, NullLocator
 
 from mechdae.draw import style
-from mechdae.draw.graphs import polar as polar_diagram
 from mechdae.draw.graphs.abscissa import (
+    BEYOND,
     Abscissa,
     abscissa_of,
     arcs_of,
+    axis_label,
+    beyond_key,
     draw_axis,
     events_of,
     in_window,
     key_of,
+    subtitle_of,
 )
-from mechdae.draw.graphs.beyond import DASH, beyond_key
-from mechdae.draw.graphs.frame import Entry, Panels
-from mechdae.draw.graphs.places import Places
+from mechdae.draw.graphs.coupler import draw_polar
+from mechdae.draw.graphs.frame import Entry, Panels, Places
 from mechdae.draw.graphs.poles import Clip, clip_of, cuts, joined, with_gaps
 from mechdae.draw.graphs.scale import Scale, number, scale_of, step_of
 from mechdae.draw.graphs.series import Array, Line, default_lines, lines_of, with_rates
@@ -82,7 +84,7 @@ def draw(
     extremes
         Whether least and greatest values are marked, where the result has them.
     polar
-        Draw the tip of vectors in the plane instead, see `mechdae.draw.graphs.polar`.
+        Draw the tip of vectors in the plane instead, see `mechdae.draw.graphs.coupler`.
     start, end
         Ends of what is drawn of the abscissa, in the unit that it is shown in.
     label
@@ -103,7 +105,7 @@ def draw(
         A path that is not in the result.
     """
     if polar:
-        return translated(polar_diagram.draw(result, ax, of=of), lang)
+        return translated(draw_polar(result, ax, of=of), lang)
     drawn = draw_all(
         [result], [label], ax, of=of, against=against, extremes=extremes, start=start, end=end
     )
@@ -151,7 +153,7 @@ def draw_all(
         labels,
         rows=max(len(group) for group in groups),
     )
-    draw_axis(frame.panels, whole, arcs, events, frame.k)
+    draw_axis(frame, whole, arcs, events)
     for panel, group, clip in zip(frame.panels, groups, clips, strict=True):
         _draw_panel(frame, panel, group, axes, results, names, extremes, clip)
     frame.label(frame.panels[-1], x=axis_label(axes[0]))
@@ -193,7 +195,7 @@ def _smooth(
 
 
 def _line_of(variant: int) -> Json:
-    return {"color": style.SERIES[variant % len(style.SERIES)], "linewidth": 1.5}
+    return {"color": style.color_of(variant), "linewidth": 1.5}
 
 
 def _end(line: Line, group: Sequence[Line], names: Sequence[str]) -> str:
@@ -202,18 +204,6 @@ def _end(line: Line, group: Sequence[Line], names: Sequence[str]) -> str:
     if len(names) == 1:
         return _label(line, own)
     return names[line.variant] if len(own) == 1 else f"{_label(line, own)}, {names[line.variant]}"
-
-
-def subtitle_of(result: Result, *more: str) -> str:
-    """Return problem, task and number of poses in one line."""
-    count = len(result.status)
-    poses = f"{count} poses" if count > 1 else "1 pose"
-    return "  ·  ".join([result.problem, result.task, poses, *more])
-
-
-def axis_label(axis: Abscissa) -> str:
-    """Return the label of the abscissa, with its unit."""
-    return f"{axis.label} [{axis.scale.unit}]" if axis.scale.unit else axis.label
 
 
 def _panels(lines: Sequence[Line]) -> Iterator[list[Line]]:
@@ -291,17 +281,11 @@ def _draw_panel(
         variant = f"-{names[line.variant]}" if several else ""
         lined = style_of if not few_named(result) else ""
         count = len(result.status)
-        panel.plot(
-            *with_gaps(own.shown, scale(line.values), _cuts(own, line)),
-            color=color,
-            linestyle=(dash or lined) if lined else "",
-            linewidth=1.4 * frame.k,
-            marker="o" if count <= FEW or not lined else "",
-            markevery=own.dots if lined else None,
-            markersize=3.2 * frame.k,
-            gid=f"curve-{line.path}-{line.name}{variant}",
-            zorder=3,
-        )
+        track = with_gaps(own.shown, scale(line.values), _cuts(own, line))
+        look: Json = {"linestyle": (dash or lined) if lined else "", "linewidth": 1.4}
+        look |= {"marker": "o" if count <= FEW or not lined else "", "markersize": 3.2}
+        gid = f"curve-{line.path}-{line.name}{variant}"
+        frame.line(panel, gid, *track, color=color, markevery=own.dots if lined else None, **look)
     finite = [scale(line.values)[np.isfinite(line.values)] for line in group]
     everything = np.concatenate([*finite, np.zeros(0)])
     if logarithmic and (everything > 0).any():
@@ -309,14 +293,8 @@ def _draw_panel(
     elif clip is not None:
         _limits(panel, scale(np.array([clip.low, clip.high])), scale, room=0.0)
         for place in clip.beyond:
-            panel.axvline(
-                float(axis.scale(place.at)),
-                color=style.FAINT,
-                linewidth=style.LINE * frame.k,
-                linestyle=DASH,
-                zorder=1.5,
-                gid=f"beyond-{group[0].unit}",
-            )
+            at, gid = float(axis.scale(place.at)), f"beyond-{group[0].unit}"
+            frame.upright(panel, at, BEYOND, gid, style.FAINT)
     elif everything.size:
         _limits(panel, everything, scale, MARGIN if marked else PLAIN_MARGIN)
     frame.label(panel, y=_quantity(group, scale))
@@ -345,7 +323,7 @@ def _looks(group: Sequence[Line]) -> list[tuple[str, Any]]:
         if partner is not None:
             looks.append((partner, style.DOTTED))
             continue
-        color = style.SERIES[count % len(style.SERIES)]
+        color = style.color_of(count)
         looks.append((color, style.DASHES[count % len(style.DASHES)]))
         known[(line.path, name)] = color
         count += 1
@@ -358,7 +336,7 @@ def _variants(group: Sequence[Line]) -> list[tuple[str, Any]]:
     count: dict[int, int] = {}
     for line in group:
         k = count[line.variant] = count.get(line.variant, -1) + 1
-        looks.append((_line_of(line.variant)["color"], style.DASHES[k % len(style.DASHES)]))
+        looks.append((style.color_of(line.variant), style.DASHES[k % len(style.DASHES)]))
     return looks
 
 
@@ -404,19 +382,8 @@ def _mark(
         low, high = panel.get_ylim()
         if not (first <= at <= last and low <= height <= high):
             continue
-        panel.plot(
-            [place],
-            [height],
-            marker="v" if word == "max" else "^",
-            markersize=6.5 * frame.k,
-            color=color,
-            markeredgecolor=style.PAPER,
-            markeredgewidth=0.6 * frame.k,
-            linestyle="",
-            zorder=4,
-            clip_on=False,
-            gid=f"extreme-{word}-{line.path}",
-        )
+        marker, gid = "v" if word == "max" else "^", f"extreme-{word}-{line.path}"
+        frame.mark(panel, (place, height), marker, 6.5, color, gid)
         text = f"{number(height, 4)} at {axis.text(at, 4)}"
         places.write(place, height, text, color, above=word == "max")
 

@@ -14,12 +14,17 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Rectangle
 from matplotlib.transforms import Affine2D
+from numpy.typing import ArrayLike
 
 from mechdae.draw import style
 from mechdae.draw.diagram.diagram import fitted, in_lines
-from mechdae.draw.figure import Drawing, current_format
-from mechdae.draw.fonts import Font, font, ink
+from mechdae.draw.figure import Drawing, current_format, note
+from mechdae.draw.fonts import Font, font, ink, plain
+from mechdae.draw.graphs.series import Array
+from mechdae.draw.labels.layout import first_free
+from mechdae.draw.labels.obstacles import Obstacles
 from mechdae.records import dataclass
+from mechdae.types import Floats, Json
 
 LEFT, BOTTOM, GAP = 62.0, 40.0, 16.0
 HEIGHTS = {1: 262.0, 2: 158.0}
@@ -33,6 +38,10 @@ LOWEST = 0.62
 """Least height of panels on narrow paper, over the usual one."""
 
 
+SCALED = ("linewidth", "markersize", "markeredgewidth")
+"""Options of lines that are smaller in a smaller figure."""
+
+
 @dataclass(frozen=True)
 class Entry:
     """One entry of the key: an area (face, edge, hatch), a line, or a mark, and its text."""
@@ -40,6 +49,11 @@ class Entry:
     text: str
     area: tuple[str, str, str] | None = None
     line: dict[str, Any] = field(default_factory=dict)
+
+
+def shaded(area: tuple[str, str, str]) -> Json:
+    """Return the options of a patch with face, edge and hatch."""
+    return {**dict(zip(("facecolor", "edgecolor", "hatch"), area, strict=True)), "linewidth": 0.0}
 
 
 class Panels:
@@ -159,13 +173,58 @@ class Panels:
             labelbottom=last,
         )
 
+    def scaled(self, look: Json) -> Json:
+        """Return the options of a line with the widths and sizes that they have here."""
+        return {name: own * self.k if name in SCALED else own for name, own in look.items()}
+
+    def line(self, panel: Axes, gid: str, x: ArrayLike, y: ArrayLike, **look: Any) -> None:
+        """Draw a curve or marks, whose `look` is that in a new figure."""
+        panel.plot(x, y, gid=gid, **{"zorder": 3, **self.scaled(look)})
+
+    def mark(
+        self, panel: Axes, place: tuple[float, float], marker: str, size: float, color: str,
+        gid: str,
+    ) -> None:  # fmt: skip
+        """Draw a mark of a curve, with an edge of paper."""
+        look: Json = {"marker": marker, "markersize": size, "color": color, "linestyle": ""}
+        look |= {"markeredgecolor": style.PAPER, "markeredgewidth": 0.6}
+        look |= {"clip_on": False, "zorder": 4}
+        self.line(panel, gid, [place[0]], [place[1]], **look)
+
+    def upright(
+        self, panel: Axes, x: float, dash: object, gid: str, color: str = style.INK
+    ) -> None:
+        """Draw an upright line through a panel."""
+        look: Json = {"color": color, "linewidth": style.LINE * self.k, "linestyle": dash}
+        panel.axvline(x, zorder=1.6, clip_on=False, gid=gid, **look)
+
+    def rectangle(self, corner: tuple[float, float], wide: float, tall: float, **look: Any) -> None:
+        """Draw a rectangle at a place in points from the figure's corner."""
+        patch = Rectangle(corner, wide, tall, transform=self.points, clip_on=False, **look)
+        self.panels[0].add_artist(patch)
+
+    def equal(self, panel: Axes, low: Floats, high: Floats, border: float = 0.0) -> float:
+        """Set equal scales on both axes; return the size of a point [unit shown].
+
+        ``border`` is free around what lies from `low` to `high` (2,) [pt].
+        """
+        box = panel.get_window_extent()
+        size = np.array([box.width, box.height]) * 72.0 / self.figure.dpi
+        room = np.maximum(size - 2 * border * self.k, 20.0)
+        unit = float(((high - low) / room).max()) or 1.0 / float(room.min())
+        middle, ends = (low + high) / 2, np.array([-0.5, 0.5]) * unit
+        panel.set_xlim(*(middle[0] + ends * size[0]))
+        panel.set_ylim(*(middle[1] + ends * size[1]))
+        panel.set_aspect("equal", adjustable="datalim")
+        return unit
+
     def label(self, panel: Axes, x: str | None = None, y: str | None = None) -> None:
         """Write the labels of axes."""
         small = font((style.TICK + 0.5) * self.k, style.NOTE_FONT)
         if x is not None:
-            panel.set_xlabel(_plain(x), fontproperties=small.properties, color=style.INK)
+            panel.set_xlabel(plain(x), fontproperties=small.properties, color=style.INK)
         if y is not None:
-            panel.set_ylabel(_plain(y), fontproperties=small.properties, color=style.INK)
+            panel.set_ylabel(plain(y), fontproperties=small.properties, color=style.INK)
             corner = panel.get_window_extent().x0 * 72 / self.figure.dpi
             share = self.box[0] / LEFT
             ours = min(abs(share - 1.0), abs(share - self.k)) < 1e-8
@@ -200,20 +259,8 @@ class Panels:
         k, panel = self.k, self.panels[0]
         width, height = SWATCH[0] * k, SWATCH[1] * k
         if entry.area is not None:
-            face, edge, hatch = entry.area
-            patch = Rectangle(
-                (x, y - 1.0 * k),
-                width,
-                height,
-                transform=self.points,
-                facecolor=face,
-                edgecolor=edge,
-                hatch=hatch,
-                linewidth=0.0,
-                clip_on=False,
-                gid=f"key-{entry.text.split(' ')[0]}",
-            )
-            panel.add_artist(patch)
+            gid = f"key-{entry.text.split(' ')[0]}"
+            self.rectangle((x, y - 1.0 * k), width, height, gid=gid, **shaded(entry.area))
         else:
             upright = entry.line.get("upright", False)
             options = {name: value for name, value in entry.line.items() if name != "upright"}
@@ -231,17 +278,8 @@ class Panels:
         self, x: float, y: float, text: str, chosen: Font, color: str, gid: str | None, **more: Any
     ) -> None:
         """Write a text at a place in points from the figure's corner."""
-        self.panels[0].text(
-            x,
-            y,
-            _plain(text),
-            transform=self.points,
-            fontproperties=chosen.properties,
-            color=color,
-            gid=gid,
-            clip_on=False,
-            **more,
-        )
+        look = {"fontproperties": chosen.properties, "color": color, "gid": gid, **more}
+        self.panels[0].text(x, y, plain(text), transform=self.points, clip_on=False, **look)
 
     def ends(self, panel: Axes, entries: Sequence[tuple[float, str, str]]) -> None:
         """Write names (value, text, colour) to the right of a panel, near their values."""
@@ -262,17 +300,8 @@ class Panels:
             spread(wanted, 10.0 * k, 4.0 * k, height - 4.0 * k), wanted, entries, strict=True
         ):
             text, chosen = fitted(name, small.size, room, style.NOTE_FONT)
-            panel.annotate(
-                _plain(text),
-                (1.0, value),
-                xycoords=panel.get_yaxis_transform(),
-                xytext=(6.0 * k, y - at),
-                textcoords="offset points",
-                va="center_baseline",
-                fontproperties=chosen.properties,
-                color=color,
-                annotation_clip=False,
-            )
+            more = {"xycoords": panel.get_yaxis_transform(), "va": "center_baseline"}
+            note(panel, text, (1.0, value), (6.0 * k, y - at), chosen, color, **more)
 
 
 def spread(wanted: Sequence[float], apart: float, low: float, high: float) -> list[float]:
@@ -310,5 +339,87 @@ def _rows(key: Sequence[Entry], room: float, k: float) -> list[list[tuple[float,
     return rows
 
 
-def _plain(text: str) -> str:
-    return text.replace("$", r"\$")
+NEAR = 2.0
+"""Distance of texts from what they keep off [pt]."""
+STEP = 2.5
+"""Longest piece of a curve that is kept off [pt]."""
+
+
+class Places:
+    """What texts in one panel keep off: curves and the texts so far [pt].
+
+    The limits of the panel are to be final.
+    """
+
+    def __init__(self, frame: Panels, panel: Axes) -> None:
+        self.frame, self.panel = frame, panel
+        extent = panel.get_window_extent()
+        self.corner: Floats = np.array([extent.x0, extent.y0])
+        self.inch: float = 72.0 / frame.figure.dpi
+        self.size: Floats = np.array([extent.width, extent.height]) * self.inch
+        self.lines: Array = np.zeros((0, 5))
+        self.boxes: list[tuple[float, float, float, float, float]] = []
+
+    def at(self, x: object, y: object) -> Array:
+        """Return places in points from the corner of the panel."""
+        data = np.stack([np.asarray(x, float), np.asarray(y, float)], axis=-1)
+        shape = data.shape
+        places = self.panel.transData.transform(data.reshape(-1, 2)) - self.corner
+        result: Array = (places * self.inch).reshape(shape)
+        return result
+
+    def keep(self, x: object, y: object) -> None:
+        """Keep texts off a curve."""
+        places = self.at(x, y)
+        places = places[np.isfinite(places).all(axis=1)]
+        if len(places) > 1:
+            steps = np.hypot(*np.diff(places, axis=0).T)
+            length = np.concatenate([[0.0], np.cumsum(steps)])
+            fine = np.linspace(0.0, length[-1], max(int(length[-1] / STEP), 2))
+            places = np.stack([np.interp(fine, length, own) for own in places.T], axis=1)
+        rows = np.hstack([places[: max(len(places) - 1, 1)], places[-max(len(places) - 1, 1) :]])
+        self.lines = np.vstack([self.lines, np.insert(rows, 4, 1.0, axis=1)])
+
+    def write(
+        self,
+        x: float,
+        y: float,
+        text: str,
+        color: str,
+        *,
+        above: bool = True,
+        away: tuple[float, float] | None = None,
+    ) -> bool:
+        """Write a text near a place if there is room; above or below it, or `away` from it."""
+        k = self.frame.k
+        small = font(max(style.LEAST, style.TICK * 0.94 * k), style.NOTE_FONT)
+        low, high = ink(text, small)
+        width, height = float(high[0] - low[0]), style.TICK * 0.8 * k
+        here = self.at(x, y)
+        offsets = np.array(self._offsets(width, height, above, away))
+        half = np.array([width / 2 + NEAR, height / 2 + NEAR])
+        chosen = first_free(here + offsets, half, Obstacles(self.lines, self.boxes, self.size))
+        if chosen is None:
+            return False
+        spot = here + offsets[chosen]
+        self.boxes.append((*(spot - half), *(spot + half), 1.0))
+        dx, dy = offsets[chosen] - (width / 2, height / 2)
+        note(self.panel, plain(text), (x, y), (dx - float(low[0]), dy), small, color, zorder=5)
+        return True
+
+    def _offsets(
+        self, width: float, height: float, above: bool, away: tuple[float, float] | None
+    ) -> list[tuple[float, float]]:
+        k = self.frame.k
+        if away is not None:
+            reach = [9.0 * k, 13.0 * k, 18.0 * k]
+            dx, dy = away
+            return [
+                (dx * (r + width / 2 * abs(dx)), dy * (r + height / 2 * abs(dy))) for r in reach
+            ]
+        side = 1.0 if above else -1.0
+        rise = [side * (height / 2 + 5.0 * k), side * (height / 2 + 9.0 * k)]
+        shifts = [0.0, 0.3 * width, -0.3 * width, width / 2 + 5.0 * k, -width / 2 - 5.0 * k]
+        found = [(dx, dy) for dy in rise for dx in shifts]
+        found += [(dx, 0.0) for dx in (width / 2 + 7.0 * k, -width / 2 - 7.0 * k)]
+        return found + [(dx, -dy) for dx, dy in found[: len(shifts)]]

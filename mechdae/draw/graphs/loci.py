@@ -10,10 +10,8 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Polygon
 
 from mechdae.draw import style
-from mechdae.draw.graphs.abscissa import Abscissa
-from mechdae.draw.graphs.beyond import beyond_key
-from mechdae.draw.graphs.frame import Entry, Panels
-from mechdae.draw.graphs.places import Places
+from mechdae.draw.graphs.abscissa import Abscissa, beyond_key
+from mechdae.draw.graphs.frame import Entry, Panels, Places
 from mechdae.draw.graphs.poles import Clip, clip_of, cuts, with_gaps
 from mechdae.draw.graphs.scale import Scale, number
 from mechdae.draw.graphs.series import Array
@@ -63,10 +61,7 @@ def draw_loci(
     """Draw curves with equal axes, ticks, arrows and fixed pivots, `peaks` with their size."""
     chosen = ticks_of(result, axis) if ticks and not few_named(result) else None
     key = [
-        Entry(
-            locus.name,
-            line={"color": _color(k), "linewidth": 1.5, "linestyle": _dash(k) or "-"},
-        )
+        Entry(locus.name, line={**style.line_of(k), "linewidth": 1.5})
         for k, locus in enumerate(loci)
     ]
     if chosen is not None:
@@ -186,17 +181,7 @@ def _limits(
     points = points[np.isfinite(points).all(axis=1)]
     if not len(points):
         points = np.zeros((1, 2))
-    low, high = points.min(axis=0), points.max(axis=0)
-    size = np.array(frame.box[2:])
-    room = np.maximum(size - 2 * ROOM * frame.k, 20.0)
-    unit = float(((high - low) / room).max()) or 1.0 / float(room.min())
-    middle = (low + high) / 2
-    corner = middle - size / 2 * unit
-    far = middle + size / 2 * unit
-    panel.set_xlim(corner[0], far[0])
-    panel.set_ylim(corner[1], far[1])
-    panel.set_aspect("equal", adjustable="datalim")
-    return unit
+    return frame.equal(panel, points.min(axis=0), points.max(axis=0), ROOM)
 
 
 def _draw(
@@ -204,36 +189,21 @@ def _draw(
 ) -> None:
     values = scale(locus.values)
     _, drawn = with_gaps(values[:, 0], values, cuts(values))
-    panel.plot(
-        drawn[:, 0],
-        drawn[:, 1],
-        color=_color(k),
-        linestyle="" if dots else _dash(k) or "-",
-        linewidth=1.5 * frame.k,
-        marker="o" if dots else "",
-        markersize=3.0,
-        zorder=3,
-        gid=f"locus-{locus.name}",
-    )
+    look = style.line_of(k) | {"linewidth": 1.5}
+    look |= {"linestyle": "", "marker": "o", "markersize": 3.0 / frame.k} if dots else {}
+    frame.line(panel, f"locus-{locus.name}", *drawn.T, **look)
     for tip, along in () if dots else _arrows(values, point):
         length, half = ARROW[0] * frame.k * point, ARROW[1] * frame.k * point
         across = np.array([-along[1], along[0]])
         corners = [tip, tip - length * along + half * across, tip - length * along - half * across]
-        panel.add_patch(Polygon(np.array(corners), closed=True, color=_color(k), zorder=3.5, lw=0))
+        head = Polygon(np.array(corners), closed=True, color=style.color_of(k), zorder=3.5, lw=0)
+        panel.add_patch(head)
     there = np.flatnonzero(np.isfinite(values).all(axis=1))
     if there.size:
         first = values[there[0]]
-        panel.plot(
-            first[:1],
-            first[1:],
-            marker="o",
-            markersize=5.5 * frame.k,
-            markerfacecolor=style.PAPER,
-            markeredgecolor=_color(k),
-            linestyle="",
-            zorder=4,
-            gid=f"start-{locus.name}",
-        )
+        look = {"markerfacecolor": style.PAPER, "markeredgecolor": style.color_of(k)}
+        look |= {"marker": "o", "markersize": 5.5, "linestyle": "", "zorder": 4}
+        frame.line(panel, f"start-{locus.name}", first[:1], first[1:], **look)
 
 
 def _arrows(values: Array, point: float) -> list[tuple[Array, Array]]:
@@ -280,9 +250,8 @@ def _ticks(
         half = TICK * frame.k * point * across * (1.5 if pose in named else 1.0)
         xs += [here[0] - half[0], here[0] + half[0], np.nan]
         ys += [here[1] - half[1], here[1] + half[1], np.nan]
-    panel.plot(
-        xs, ys, color=_color(k), linewidth=1.0 * frame.k, zorder=3.2, gid=f"ticks-{locus.name}"
-    )
+    look = {"color": style.color_of(k), "linewidth": 1.0, "zorder": 3.2}
+    frame.line(panel, f"ticks-{locus.name}", xs, ys, **look)
     for pose in ticks.named.tolist():
         here, across = values[pose], _across(values, pose)
         if across is None or not np.isfinite(here).all():
@@ -291,7 +260,7 @@ def _ticks(
         text = axis.text(axis.values[pose])
         for sign in (side, -side):
             away = (float(sign * across[0]), float(sign * across[1]))
-            if places.write(float(here[0]), float(here[1]), text, _color(k), away=away):
+            if places.write(float(here[0]), float(here[1]), text, style.color_of(k), away=away):
                 break
 
 
@@ -311,23 +280,12 @@ def _peak(
         return
     pose = int(np.nanargmax(np.round(size / np.nanmax(size), 12)))
     x, y = (float(own) for own in values[pose])
-    panel.plot(
-        [x],
-        [y],
-        marker="D",
-        markersize=5.0 * frame.k,
-        color=_color(k),
-        markeredgecolor=style.PAPER,
-        markeredgewidth=0.6 * frame.k,
-        linestyle="",
-        zorder=4,
-        gid=f"peak-{locus.name}",
-    )
+    frame.mark(panel, (x, y), "D", 5.0, style.color_of(k), f"peak-{locus.name}")
     text = f"{number(float(size[pose]), 4)} at {axis.text(axis.values[pose])}"
     out = np.array([x, y]) / size[pose]
     side = np.array([-out[1], out[0]])
     for way in (out, side, -side, -out):
-        if places.write(x, y, text, _color(k), away=(float(way[0]), float(way[1]))):
+        if places.write(x, y, text, style.color_of(k), away=(float(way[0]), float(way[1]))):
             return
 
 
@@ -346,28 +304,11 @@ def _pivot(
     """Draw a fixed pivot as a small triangle with its letter."""
     width, height = 4.5 * frame.k * point, 7.5 * frame.k * point
     corners = np.asarray(place) + np.array([[0.0, 0.0], [width, -height], [-width, -height]])
-    panel.add_patch(
-        Polygon(
-            corners,
-            closed=True,
-            facecolor=style.PAPER,
-            edgecolor=style.GROUND,
-            linewidth=style.LINE * frame.k,
-            zorder=2.5,
-            gid=f"pivot-{name}",
-        )
-    )
+    look = {"facecolor": style.PAPER, "edgecolor": style.GROUND, "linewidth": style.LINE * frame.k}
+    panel.add_patch(Polygon(corners, closed=True, zorder=2.5, gid=f"pivot-{name}", **look))
     low = places.at(*corners.min(axis=0))
     high = places.at(*corners.max(axis=0))
     places.boxes.append((float(low[0]), float(low[1]), float(high[0]), float(high[1]), 1.0))
     for away in ((0.0, 1.0), (1.0, 0.0), (-1.0, 0.0)):
         if places.write(float(place[0]), float(place[1]), name, style.GROUND, away=away):
             return
-
-
-def _color(k: int) -> str:
-    return style.SERIES[k % len(style.SERIES)]
-
-
-def _dash(k: int) -> Any:
-    return style.DASHES[k % len(style.DASHES)]

@@ -9,10 +9,17 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from mechdae.draw import style
-from mechdae.draw.graphs import polar as polar_diagram
-from mechdae.draw.graphs.abscissa import abscissa_of, arcs_of, draw_axis, events_of, key_of
-from mechdae.draw.graphs.curves import axis_label, subtitle_of
-from mechdae.draw.graphs.frame import Entry, Panels
+from mechdae.draw.graphs.abscissa import (
+    abscissa_of,
+    arcs_of,
+    axis_label,
+    draw_axis,
+    events_of,
+    key_of,
+    subtitle_of,
+)
+from mechdae.draw.graphs.coupler import draw_polar
+from mechdae.draw.graphs.frame import Entry, Panels, shaded
 from mechdae.draw.graphs.scale import Scale, number, scale_of
 from mechdae.draw.graphs.series import Array
 from mechdae.draw.smooth import in_panel, smooth, thinned
@@ -65,7 +72,7 @@ def draw(
     """
     if polar:
         paths = None if of is None else [f"joints/{name}/reaction" for name in of]
-        return translated(polar_diagram.draw(result, ax, of=paths), lang)
+        return translated(draw_polar(result, ax, of=paths), lang)
     finest = _smooth(result, of)
     losses = _losses(finest, of)
     layers = _layers(losses)
@@ -84,12 +91,11 @@ def draw(
     ends = _areas(frame, axis.shown, scale, layers, labels)
     if estimate is not None:
         order = np.argsort(axis.shown, kind="stable")
-        look = {**DASHED, "linewidth": DASHED["linewidth"] * frame.k}
         x, y = axis.shown[order], scale(estimate)[order]
-        panel.plot(x, y, zorder=3, gid="loss-uncoupled", **look)
+        frame.line(panel, "loss-uncoupled", x, y, **DASHED)
     highest = max((float(np.nanmax(own, initial=0.0)) for own in sums), default=0.0)
     panel.set_ylim(0.0, float(scale(highest)) * 1.06 or 1.0)
-    draw_axis([panel], axis, arcs, events, frame.k)
+    draw_axis(frame, axis, arcs, events)
     frame.label(panel, x=axis_label(axis), y=f"loss [{scale.unit}]")
     frame.ends(panel, ends)
     return translated(panel, lang)
@@ -143,21 +149,11 @@ def _areas(
     order = order[thinned(x[order], [*tops])]
     for k, ((name, own), label) in enumerate(zip(layers, labels, strict=True)):
         top = base + own
-        color = style.SERIES[k % len(style.SERIES)]
-        upper = scale(top)[order]
-        panel.fill_between(
-            x[order],
-            scale(base)[order],
-            upper,
-            facecolor=_faded(color, FADE),
-            edgecolor=_faded(color, FADE / 2),
-            hatch=HATCHES[k % len(HATCHES)],
-            linewidth=0.0,
-            zorder=2,
-            gid=f"loss-{name}",
-        )
-        width = 1.1 * frame.k
-        panel.plot(x[order], upper, color=color, linewidth=width, zorder=2.5, gid=f"top-{name}")
+        color = style.color_of(k)
+        lower, upper = scale(base)[order], scale(top)[order]
+        area = _faded(color, FADE), _faded(color, FADE / 2), HATCHES[k % len(HATCHES)]
+        panel.fill_between(x[order], lower, upper, zorder=2, gid=f"loss-{name}", **shaded(area))
+        frame.line(panel, f"top-{name}", x[order], upper, color=color, linewidth=1.1, zorder=2.5)
         finite = np.flatnonzero(np.isfinite(top[order]))
         middle = (base + own / 2)[order]
         ends.append((float(scale(middle[finite[-1]])) if finite.size else 0.0, label, color))

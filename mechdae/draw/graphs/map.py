@@ -16,8 +16,9 @@ from matplotlib.ticker import MaxNLocator
 from mechdae.describe.units import Units
 from mechdae.draw import style
 from mechdae.draw.fonts import font
-from mechdae.draw.graphs.curves import subtitle_of
-from mechdae.draw.graphs.frame import Entry, Panels
+from mechdae.draw.graphs.abscissa import subtitle_of
+from mechdae.draw.graphs.frame import Entry, Panels, shaded
+from mechdae.draw.graphs.poles import stretches
 from mechdae.draw.graphs.scale import Scale, number, scale_of
 from mechdae.draw.graphs.series import Array, lines_of
 from mechdae.errors import InputError, UnknownName
@@ -198,28 +199,16 @@ def _draw_lines(result: StudyResult, ax: Axes | None, planes: list[Plane]) -> Ax
     panel = frame.panels[0]
     panel.set_xlim(float(x.min()), float(x.max()))
     for word in bad:
-        for low, high in _spans(x[order], first.status[order] == word):
-            face, edge, hatch = style.ARCS[word]
-            panel.axvspan(
-                low, high, facecolor=face, edgecolor=edge, hatch=hatch, lw=0.0, zorder=0.4
-            )
+        for a, b in stretches(first.status[order] == word):
+            low, high = _edges(x[order])[[a, b]].tolist()
+            panel.axvspan(low, high, zorder=0.4, **shaded(style.ARCS[word]))
     ends = []
     for k, plane in enumerate(planes):
-        color = style.SERIES[k % len(style.SERIES)]
-        values = scale(plane.values[order])
-        panel.plot(
-            x[order],
-            values,
-            color=color,
-            linestyle=style.DASHES[k % len(style.DASHES)] or "-",
-            linewidth=1.4 * frame.k,
-            marker="o" if len(x) <= 41 else "",
-            markersize=3.2 * frame.k,
-            zorder=3,
-            gid=f"curve-{plane.label}",
-        )
+        values, look = scale(plane.values[order]), style.line_of(k)
+        look |= {"linewidth": 1.4, "marker": "o" if len(x) <= 41 else "", "markersize": 3.2}
+        frame.line(panel, f"curve-{plane.label}", x[order], values, **look)
         finite = values[np.isfinite(values)]
-        ends.append((float(finite[-1]) if finite.size else 0.0, plane.label, color))
+        ends.append((float(finite[-1]) if finite.size else 0.0, plane.label, style.color_of(k)))
     panel.margins(y=0.1)
     upright = _with_unit("" if labels else first.label, scale)
     frame.label(panel, x=_with_unit(first.names[0], across), y=upright)
@@ -305,15 +294,6 @@ def _with_unit(label: str, scale: Scale) -> str:
     return f"{label} [{scale.unit}]".strip() if scale.unit else label
 
 
-def _spans(x: Array, there: Any) -> list[tuple[float, float]]:
-    """Return the intervals of places where something holds, half way to their neighbours."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], there.astype(int), [0]])))
-    middles = np.concatenate([x[:1], (x[1:] + x[:-1]) / 2, x[-1:]])
-    return [
-        (float(middles[a]), float(middles[b])) for a, b in zip(edges[::2], edges[1::2], strict=True)
-    ]
-
-
 def _grid(x: Array, y: Array) -> tuple[Array, Array, Any] | None:
     """Return the rows and columns of a full grid and the (rows, columns) index of its places."""
     xs, ys = _distinct(x), _distinct(y)
@@ -334,6 +314,7 @@ def _distinct(values: Array) -> Array:
 
 
 def _edges(values: Array) -> Array:
+    """Return the borders of places: half way to their neighbours."""
     return np.concatenate([values[:1], (values[1:] + values[:-1]) / 2, values[-1:]])
 
 
@@ -353,31 +334,18 @@ def _levels(values: Array, locked: bool) -> Array:
 
 def _hatch(panel: Axes, x: Array, y: Array, there: Any, grid: Any, word: str) -> None:
     """Hatch the cells of the sets for which a word holds; off a grid mark them by crosses."""
-    face, edge, hatch = style.ARCS[word]
     if grid is None:
-        panel.plot(
-            x[there], y[there], linestyle="", marker="x", color=edge, markersize=4.5, zorder=2
-        )
+        color = style.ARCS[word][1]
+        panel.plot(x[there], y[there], "x", color=color, markersize=4.5, zorder=2)
         return
     xs, ys, index = grid
     cells = there[index]
     across, up = _edges(xs), _edges(ys)
+    look = shaded(style.ARCS[word]) | {"zorder": 0.5, "gid": f"set-{word}"}
     for row in range(len(ys)):
-        edges = np.flatnonzero(np.diff(np.concatenate([[0], cells[row].astype(int), [0]])))
-        for a, b in zip(edges[::2], edges[1::2], strict=True):
-            panel.add_patch(
-                Rectangle(
-                    (float(across[a]), float(up[row])),
-                    float(across[b] - across[a]),
-                    float(up[row + 1] - up[row]),
-                    facecolor=face,
-                    edgecolor=edge,
-                    hatch=hatch,
-                    linewidth=0.0,
-                    zorder=0.5,
-                    gid=f"set-{word}",
-                )
-            )
+        for a, b in stretches(cells[row]):
+            corner, sides = (across[a], up[row]), (across[b] - across[a], up[row + 1] - up[row])
+            panel.add_patch(Rectangle(corner, *sides, **look))
 
 
 def _contours(
@@ -438,28 +406,11 @@ def _bar(frame: Panels, levels: Array, colors: Any) -> None:
     small = font(style.TICK * k, style.NOTE_FONT)
     share = np.linspace(0.0, 1.0, len(levels))
     for number_of, (s, t) in enumerate(itertools.pairwise(share)):
-        frame.panels[0].add_artist(
-            Rectangle(
-                (left, y0 + s * height),
-                wide,
-                (t - s) * height,
-                transform=frame.points,
-                facecolor=colors(number_of),
-                edgecolor=style.INK,
-                linewidth=0.4 * k,
-                clip_on=False,
-            )
-        )
+        look = {"facecolor": colors(number_of), "edgecolor": style.INK, "linewidth": 0.4 * k}
+        frame.rectangle((left, y0 + s * height), wide, (t - s) * height, **look)
     for level, s in zip(levels, share, strict=True):
-        frame.text(
-            left + wide + 4.0 * k,
-            y0 + s * height,
-            number(float(level)),
-            small,
-            style.INK,
-            None,
-            va="center_baseline",
-        )
+        spot, text = (left + wide + 4.0 * k, y0 + s * height), number(float(level))
+        frame.text(*spot, text, small, style.INK, None, va="center_baseline")
 
 
 def _widened(values: Array) -> tuple[float, float]:
@@ -472,9 +423,4 @@ def _equal(frame: Panels, panel: Axes, x: Array, y: Array, tight: bool) -> None:
     low, high = np.array([x.min(), y.min()]), np.array([x.max(), y.max()])
     if not tight:
         low, high = low - 0.04 * (high - low), high + 0.04 * (high - low)
-    size = np.array(frame.box[2:])
-    unit = float(((high - low) / size).max()) or 1.0
-    middle = (low + high) / 2
-    panel.set_xlim(*(middle[0] + np.array([-0.5, 0.5]) * size[0] * unit))
-    panel.set_ylim(*(middle[1] + np.array([-0.5, 0.5]) * size[1] * unit))
-    panel.set_aspect("equal", adjustable="datalim")
+    frame.equal(panel, low, high)

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from mechdae.records import dataclass
 
@@ -111,10 +111,10 @@ def clip_of(x: Array, values: Array, at: Sequence[int]) -> Clip | None:
     with np.errstate(invalid="ignore"):
         outside = there & ((values < least) | (values > most))
     peaks = []
-    for first, last in _runs(outside):
-        if any(first <= k <= last or first <= k + 1 <= last for k in at):
+    for first, after in stretches(outside):
+        if any(first <= k + 1 and k < after for k in at):
             continue
-        own = values[first : last + 1]
+        own = values[first:after]
         peak = first + int(np.argmax(np.abs(own)))
         third = np.sort(np.abs(own))[-3:][0]
         plateau = len(own) > 2 and third > EQUAL * abs(values[peak])
@@ -168,7 +168,7 @@ def _growing(values: Array) -> set[int]:
     return {*left.tolist(), *right.tolist()}
 
 
-def _runs(outside: Array) -> list[tuple[int, int]]:
-    """Return first and last pose of each stretch for which something holds."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], outside.astype(int), [0]])))
-    return list(zip(edges[::2].tolist(), (edges[1::2] - 1).tolist(), strict=True))
+def stretches(there: ArrayLike) -> list[tuple[int, int]]:
+    """Return the first place and that behind the last one of each stretch where something holds."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], np.asarray(there, int), [0]])))
+    return list(zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True))

@@ -19,7 +19,7 @@ from mechdae.draw.diagram.places import (
 )
 from mechdae.draw.diagram.scene import Array, DrawnScene
 from mechdae.draw.diagram.shapes import Piece, inside, within
-from mechdae.draw.fonts import Font, font, ink
+from mechdae.draw.fonts import Font, font, ink, plain
 from mechdae.draw.labels import layout
 from mechdae.draw.labels.arrangement import feet_of
 from mechdae.draw.sheet import Sheet, unit
@@ -145,7 +145,7 @@ def load_names(marks: Sequence[Mark]) -> list[Writing]:
     result = []
     for mark in marks:
         chosen = font(style.LOAD_TEXT, style.NOTE_FONT)
-        text = mark.text.replace("$", r"\$")
+        text = plain(mark.text)
         low, high = ink(text, chosen)
         width, height = (float(side) for side in high - low + 2 * AIR)
         label = layout.along(mark.lines, width, height, 2.0)

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mechdae.draw import style
+from mechdae.draw.graphs.poles import stretches
 from mechdae.draw.sheet import Sheet
 from mechdae.draw.space.anchors import size_of
 from mechdae.draw.space.spatial_scene import SpatialScene
@@ -122,7 +123,7 @@ def drawn(
     def draw(sheet: Sheet) -> str:
         names = []
         for k, own in enumerate(every):
-            color = style.SERIES[k % len(style.SERIES)]
+            color = style.color_of(k)
             ends = view.flat(own.ends)
             gid, dash = f"axode-{own.kind}-{own.body}", MOVING if own.kind == "moving" else None
             step = max(1, -(-len(ends) // MOST))
@@ -147,5 +148,4 @@ def drawn(
 def _whole(line: Array) -> list[Array]:
     """Return the stretches of a line that have a place."""
     there = np.isfinite(line).all(axis=1)
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], there.astype(int), [0]])))
-    return [line[a:b] for a, b in zip(edges[::2], edges[1::2], strict=True) if b - a > 1]
+    return [line[a:b] for a, b in stretches(there) if b - a > 1]

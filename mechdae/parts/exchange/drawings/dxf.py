@@ -15,6 +15,7 @@ from mechdae.draw.diagram.places import Place, letters_of, numbers_of, places_of
 from mechdae.draw.diagram.scene import DrawnScene, choose_pose, read_scene
 from mechdae.draw.diagram.shapes import edges, shape_of
 from mechdae.draw.diagram.wheels import circles, rack_span
+from mechdae.draw.graphs.poles import stretches
 from mechdae.draw.smooth import traced
 from mechdae.errors import UnavailableError
 from mechdae.parts.exchange.drawings.dxf_text import SAME, UNDRAWN, DxfText, distance
@@ -215,8 +216,7 @@ class _Drawing:
         """Draw the paths of the points, in pieces where a pose is not assembled."""
         for track in self.scene.paths.values():
             good = np.isfinite(track).all(axis=1)
-            ends = np.flatnonzero(np.diff(np.concatenate([[0], good.astype(int), [0]])))
-            for first, last in zip(ends[::2], ends[1::2], strict=True):
+            for first, last in stretches(good):
                 piece = track[first:last]
                 if len(piece) < 2:
                     continue

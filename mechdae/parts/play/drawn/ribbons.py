@@ -12,6 +12,7 @@ from matplotlib.path import Path
 
 from mechdae.draw import style
 from mechdae.draw.graphs import coupler
+from mechdae.draw.graphs.poles import stretches
 from mechdae.draw.graphs.scale import scale_of
 from mechdae.draw.smooth import in_picture, smooth
 from mechdae.errors import InputError
@@ -60,7 +61,7 @@ def draw(
     wider = float(f"{max(SEEN * span / widest, 1.0):.1g}")
     scale = scale_of("m", places, result.units)
     for k, (place, band) in enumerate(zip(places, bands, strict=True)):
-        _ribbon(panel, scale(place), scale(wider * band), style.SERIES[k % len(style.SERIES)])
+        _ribbon(panel, scale(place), scale(wider * band), style.color_of(k))
     note = f"bands {wider:g} times as wide" if wider > 1 else "bands in scale"
     panel.text(
         0.99, 0.01, note, transform=panel.transAxes, ha="right", va="bottom", color=style.INK,
@@ -72,8 +73,7 @@ def draw(
 def _ribbon(panel: Axes, place: Points, band: Floats, color: str) -> None:
     """Fill the ribbon around a path (n, 2), its parts where there is a band (n,)."""
     there = np.isfinite(band) & np.isfinite(place).all(axis=1)
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], there, [False]]).astype(int)))
-    for first, end in zip(edges[::2], edges[1::2], strict=True):
+    for first, end in stretches(there):
         if end - first < 2:
             continue
         line, half = place[first:end], band[first:end, None]

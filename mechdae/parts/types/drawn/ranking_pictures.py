@@ -151,7 +151,7 @@ def _stack(ax: Axes, about: Mapping[str, Any]) -> None:
     for k, (link, (low, high)) in enumerate(spans.items()):
         along = [where[pin] for pin, bearing in pins.items() if link in bearing["links"]] or [0.0]
         x0, x1 = min(along) - 0.24, max(along) + 0.24
-        color = style.SERIES[k % len(style.SERIES)]
+        color = style.color_of(k)
         for layer in {low, high}:
             ax.add_patch(Rectangle((x0, layer - 0.3), x1 - x0, 0.6, fc=color, ec=style.INK, lw=0.8))
         ax.text(
