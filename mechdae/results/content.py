@@ -83,21 +83,20 @@ def value_at(content: Mapping[str, object], whole: str, path: str) -> Any:
     """Return the plain data at a `whole` path, which was asked for as `path`."""
     here: Any = content
     steps = whole.split("/")
-    if steps[0] == "table":
-        table, output = here.get("table", {}), "/".join(steps[1:])
-        if output in table:
-            return plain(table[output])
-    for step in steps:
-        if _is_list(here) and step.isdigit() and int(step) < len(here):
-            here = here[int(step)]
+    while steps:
+        if _is_list(here) and steps[0].isdigit() and int(steps[0]) < len(here):
+            here = here[int(steps.pop(0))]
             continue
-        if isinstance(here, Mapping) and step in here:
-            here = here[step]
-            continue
-        known = {str(key): key for key in here} if isinstance(here, Mapping) else {}
+        known = here if isinstance(here, Mapping) else {}
+        counts = range(1, len(steps) + 1)  # names may have slashes themselves
+        count = next((k for k in counts if "/".join(steps[:k]) in known), 1)
+        step = "/".join(steps[:count])
         if step not in known:
-            raise UnknownName("path", path, known)
-        here = here[known[step]]
+            known = {str(key): key for key in known}
+            if step not in known:
+                raise UnknownName("path", path, known)
+            step = known[step]
+        here, steps = here[step], steps[count:]
     return plain(here)
 
 

@@ -67,6 +67,8 @@ UNITS = {
     "kinetic": "J",
     "potential": "J",
     "drift": "1",
+    "gap_offset": "m",
+    "gap_turn": "rad",
     **{
         f"{word}{end}": unit
         for word, unit in (("position", "m"), ("distance", "m"), ("slide", "m"), ("angle", "rad"))

@@ -49,6 +49,18 @@ def pins() -> float:
     )  # fmt: skip
 
 
+def price() -> float:
+    """The price of a pin is what its offset along the rod moves the slider by."""
+    SHAPES.clear()
+    path = "joints/guide/slide_band"
+    slopes = md.Sensitivity(of="play", outputs=(path,), wrt=("c",))
+    tasks = {"play": md.Play(TURN, poses=9), "s": slopes}
+    result = md.solve(md.Problem(slider_crank(clearance=G), tasks), "s")
+    SHAPES.clear()
+    s = R / L * np.sin(result.drivers["crank.angle"].position)
+    return off(result.data["derivatives"][path]["c"], 1 / np.sqrt(1 - s**2))
+
+
 def tilt() -> float:
     result = played(slider_crank(clearance=G, contact_length=0.02))
     aside = result.points["slider.C"].position_band[:, 1]
@@ -65,7 +77,12 @@ def loads() -> float:
     result = played(mechanism, under_load=True)
     turned = [e["from"] for e in result.summary["play"]["reversals"] if e["joint"] == "guide"]
     sides = len(turned) == 2 and abs(turned[0] - pi) < 1
-    return off(result.joints["guide"].slide_shift, -first_of(result)) if sides else np.inf
+    lost = result.summary["play"]["reversals"][0]["lost"]["points/slider.C/position"]
+    last = np.searchsorted(result.drivers["crank.angle"].position, turned[0] + 1e-9)
+    s = R / L * np.sin(result.drivers["crank.angle"].position[last])
+    whole = off(lost, 2 * G / np.sqrt(1 - s**2))
+    back = off(result.joints["guide"].slide_shift, -first_of(result))
+    return max(whole, back) if sides else np.inf
 
 
 def adversaries() -> float:
@@ -106,23 +123,26 @@ PINS = SUITE + "test_a_slider_moves_by_all_clearances_along_the_rod"
 LOADS = SUITE + "test_loads_press_a_slider_back_through_all_gaps"
 RANDOM = SUITE + "test_bands_of_large_gaps_hold_what_is_not_of_first_order"
 SLIPS = [
-    Slip("parts.play.gaps", "sum(part * part for part in scaled) ** 0.5",
-         "sum(abs(part) for part in scaled)", pins, PINS),
-    Slip("parts.play.gaps", "np.full((1, 2), size)", "np.full((1, 2), size / 2)", pins, PINS),
-    Slip("parts.play.gaps", "math.asin(2 * size / length)", "math.asin(size / length)", tilt,
+    Slip("parts.play.gaps", "(sum(part * part for part in forms) + least) ** 0.5",
+         "(sum(abs(part) for part in forms) + least)", pins, PINS),
+    Slip("parts.play.gaps", '{"x": size, "y": size}', '{"x": size / 2, "y": size / 2}', pins, PINS),
+    Slip("parts.play.gaps", "np.arcsin(2 * size / length)", "np.arcsin(size / length)", tilt,
          SUITE + "test_a_block_tilts_in_its_guide"),
-    Slip("parts.play.gaps", "half = size / 2", "half = size", teeth,
+    Slip("parts.play.gaps", "size / 2 * abs(1", "size * abs(1", teeth,
          SUITE + "test_backlash_turns_the_second_wheel"),
-    Slip("parts.play.gaps", "abs(1 - values", "abs(1 + values", teeth,
+    Slip("parts.play.gaps", "abs(1 - number", "abs(1 + number", teeth,
          SUITE + "test_backlash_turns_the_second_wheel"),
     Slip("parts.play.gaps", "return -self.reach * corner", "return self.reach * corner", loads,
          LOADS),
     Slip("parts.play.gaps", "return -self.reach * scaled", "return self.reach * scaled", loads,
          LOADS),
+    Slip("parts.play.first", "support(joint.hinge, parts", "support(False, parts", price,
+         "play/test_prices.py::test_the_price_of_a_clearance_is_its_sensitivity"),
+    Slip("parts.play.run", "offset[k] - offset[k - 1]", "offset[k]", loads, LOADS),
     Slip("parts.play.loads", ".sum(axis=1) < 0", ".sum(axis=1) > 0", loads, LOADS),
     Slip("parts.play.run", "each[gap.joint] / gap.size", "each[gap.joint]", pins, PINS),
-    Slip("parts.play.run", "first - rest", "first + rest", pins, PINS),
-    Slip("parts.play.run", "hypot(*rest.T)", "hypot(*rest.T) - whole[furthest] / 2", pins, PINS),
+    Slip("parts.play.run", "self.first - self.rest", "self.first + self.rest", pins, PINS),
+    Slip("parts.play.run", "whole[furthest] + aside", "whole[furthest] / 2 + aside", pins, PINS),
     Slip("parts.play.bands", "SX.eye(self.y.numel())) / 2", "SX.eye(self.y.numel())) / 20",
          adversaries, RANDOM),
     Slip("parts.play.bands", "self._bent(forms, -SX", "self._bent(0 * forms, -SX", adversaries,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import tomllib
 from dataclasses import replace
-from math import asin, hypot, pi
+from math import asin, hypot, pi, sqrt
 from pathlib import Path
 
 import numpy as np
@@ -83,6 +83,38 @@ def test_loads_press_a_slider_back_through_all_gaps() -> None:
     np.testing.assert_allclose(sides, G * np.sign(slope(result)), rtol=1e-9)
     turned = [r for r in result.summary["play"]["reversals"] if r["joint"] == "guide"]
     assert [r["from"] < turn <= r["to"] for r, turn in zip(turned, (pi, 2 * pi), strict=True)]
+    at = np.searchsorted(result.drivers["crank.angle"].position, [r["to"] for r in turned])
+    away = np.abs(slope(result)[at])
+    for reversal, s in zip(turned, away, strict=True):  # across by both gaps, along by the rod
+        lost = reversal["lost"]
+        assert lost["points/slider.C/position"] == pytest.approx(2 * G / sqrt(1 - s**2))
+        assert lost["joints/guide/slide"] == pytest.approx(2 * G * s / sqrt(1 - s**2))
+        assert "points/crank.B/position" not in lost
+    assert ": slider.C loses" in result.table() or ": rod.C loses" in result.table()
+
+
+def test_loads_press_joints_against_their_reactions() -> None:
+    """A pin's centre lies where the reaction pushes it from, a block on its side of the guide."""
+    push = md.Force("push", point="slider.C", value=(-50.0, 0.0))
+    mechanism = replace(slider_crank(clearance=G), loads={"push": push})
+    result = played(mechanism, under_load=True)
+    rod = np.stack([np.cos(result.bodies["rod"].angle), np.sin(result.bodies["rod"].angle)], 1)
+    # the rod is pressed: from C it pushes B towards the crank, C of the slider away from the rod
+    np.testing.assert_allclose(result.joints["B"].gap_offset, -C * rod, atol=1e-9 * C)
+    np.testing.assert_allclose(result.joints["C"].gap_offset, -C * rod, atol=1e-9 * C)
+    guide = result.joints["guide"].gap_offset
+    np.testing.assert_allclose(guide, G * np.sign(slope(result)), rtol=1e-9)
+    units = {name: unit for name, unit, _ in result.columns() if "gap" in name}
+    assert units["B.gap_offset.x"] == units["guide.gap_offset"] == "m"
+
+
+def test_teeth_lie_on_one_flank_under_load() -> None:
+    """A moment on the wheel presses it back by half the play, as an angle of the wheel."""
+    pull = md.Torque("pull", body="wheel", value=-3.0)
+    result = played(replace(two_wheels(), loads={"pull": pull}), under_load=True)
+    np.testing.assert_allclose(result.bodies["wheel"].angle_shift, -0.5e-4 / 0.04, rtol=1e-6)
+    assert np.ptp(result.joints["teeth"].gap_turn) == pytest.approx(0, abs=1e-15)
+    assert abs(result.joints["teeth"].gap_turn[0]) == pytest.approx(0.5e-4 / 0.02, rel=1e-6)
 
 
 def test_backlash_turns_the_second_wheel() -> None:

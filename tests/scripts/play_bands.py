@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import math
 import sys
 import time
 from collections.abc import Callable
@@ -48,10 +49,11 @@ def seconds(run: Callable[[], object]) -> float:
 
 
 def sampled(result: md.SweepResult, seed: int, samples: int, poses: int) -> Comparison:
-    """Compare with so many samples in all."""
-    outputs = 2 * len(result.points) + len(result.bodies)
-    each = samples / (2 * outputs * poses * (ROUNDS + 1))
-    return compared(result, seed, poses, max(round(each), 1), ROUNDS)
+    """Compare with so many samples in all, spread over the bands that are proved."""
+    tried = compared(result, seed, poses, 1, 0)
+    bands = tried.bands - tried.unbounded
+    each = samples / (2 * max(bands, 1) * (ROUNDS + 1))
+    return compared(result, seed, poses, math.ceil(each), ROUNDS)
 
 
 def main(arguments: list[str]) -> int:
@@ -72,20 +74,25 @@ def main(arguments: list[str]) -> int:
         times = [seconds(partial(md.solve, mechanism, task)) for task in (play, sweep)]
         whole[name] = {"share": share, **figures(found), "times_a_sweep": times[0] / times[1]}
         print(name, whole[name], file=sys.stderr, flush=True)
-    every, refused = Comparison(), 0
-    for seed in range(options.count):
+    every, counted, bare, seed, fewest = Comparison(), 0, 0, -1, math.inf
+    while counted < options.count:
+        seed += 1
         rng = np.random.default_rng(seed)
         mechanism = drawn_mechanism(rng, 1 + seed % 3)
         mechanism = with_gaps(mechanism, 10.0 ** rng.uniform(-5, -3))
         driver = md.Driver("crank.angle", from_=-0.3, to=0.3)
         try:
-            result = md.solve(mechanism, md.Play(driver, poses=7))
+            found = sampled(md.solve(mechanism, md.Play(driver, poses=7)), seed, options.samples, 2)
         except md.SolveError:
-            refused += 1
             continue
-        every.join(sampled(result, seed, options.samples, 2))
+        every.join(found)
+        if not found.samples:
+            bare += 1
+            continue
+        counted, fewest = counted + 1, min(fewest, found.samples)
         print(seed, figures(every), file=sys.stderr, flush=True)
-    whole["random"] = {"mechanisms": options.count - refused, **figures(every)}
+    random = {"mechanisms": counted, "samples_each": fewest, "without_any_band": bare}
+    whole["random"] = {**random, **figures(every)}
     text = json.dumps(whole, indent=1) + "\n"
     if options.out:
         options.out.write_text(text, encoding="utf-8")

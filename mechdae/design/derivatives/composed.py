@@ -14,6 +14,7 @@ from typing import Any
 
 import casadi as ca
 
+from mechdae.additions import Added, Registry
 from mechdae.describe.file.problem import Problem
 from mechdae.equations.parameters import parameters_of
 from mechdae.errors import UnknownName
@@ -35,6 +36,10 @@ SMOOTH_STEPS = 3
 INPUT = "input"
 """The power of all drivers."""
 FORCES = ("reaction", "reaction_uncoupled", "loss", "loss_uncoupled", "normal")
+
+
+SERIES: Registry[Added] = Registry("series", {}, made=lambda added: added)
+"""Further series of poses: of a scene and a path an expression over (x, u, p)."""
 
 
 class Composed:
@@ -93,23 +98,29 @@ class Composed:
 
     # -- kinematics ------------------------------------------------------------------------
 
-    @cached_property
+    @property
     def values(self) -> list[Sym]:
         """The outputs y and their rates in time."""
+        return self._solved[1]
+
+    @cached_property
+    def _solved(self) -> tuple[Sym, list[Sym]]:
+        """The unknowns of the pose, the outputs and their rates in time."""
         g = self.graphs
         eta: list[Sym] = []
         x, trig = g.x, None
         for _ in range(0 if self.smooth or self.solved else FAR if self.apart else STEPS):
             x, eta, trig = g.newton(x, g.u)
         parts = g.rates(x, g.u, g.driven, g.derivatives, trig)
-        found = [*g.output_rates(x, (ca.sin(x), ca.cos(x)), parts), sum(eta, SX(0))]
+        found = [x, *g.output_rates(x, (ca.sin(x), ca.cos(x)), parts), sum(eta, SX(0))]
         driven = [] if g.single else g.driven
         function = ca.Function("kinematics", [g.x, g.u, *driven, g.consts], found)
         rest = SX.ones(g.consts.numel() - self.p.numel())
         rates = [] if g.single else [self.du, self.ddu, *[SX.zeros(g.nu)]][: len(driven)]
         results = list(function.call([self.guess, self.u, *rates, ca.vertcat(self.p, rest)]))
         self.miss = ca.sqrt(results.pop())
-        return in_time(results, self.du, self.ddu) if g.single else list(results)
+        pose = results.pop(0)
+        return pose, in_time(results, self.du, self.ddu) if g.single else list(results)
 
     @cached_property
     def coordinates(self) -> tuple[Sym, Sym, Sym]:
@@ -171,6 +182,11 @@ class Composed:
             return self._of_joint(part, quantity)
         if head == "outputs":
             return self._named(part, quantity)
+        if quantity in SERIES.added():
+            scene = self.setting.scene
+            known = ca.vertcat(scene.x, scene.u, scene.model.p)
+            found = SERIES[quantity].load()(scene, path)
+            return ca.substitute(found, known, ca.vertcat(self._solved[0], self.u, self.p))
         order, columns = self.setting.outputs.column_of(path)
         return self.values[order][list(columns)]
 

@@ -15,7 +15,7 @@ from mechdae.describe.tasks.goals import Extreme
 from mechdae.describe.tasks.kinds import Sweep
 from mechdae.describe.tasks.reactions import Reactions
 from mechdae.describe.tasks.shaking import WORDS, shaking_paths
-from mechdae.design.derivatives.composed import INPUT, Composed, is_series
+from mechdae.design.derivatives.composed import INPUT, SERIES, Composed, is_series
 from mechdae.equations.parameters import parameters_of
 from mechdae.errors import InputError, UnavailableError, UnknownName
 from mechdae.forces.inverse_dynamics import InverseDynamics
@@ -74,6 +74,10 @@ class Quantity:
         if isinstance(base, Reactions) and base.direction != "driver" and asked.path in MEANS:
             raise UnavailableError(
                 "means over a cycle that the loads drive are no goals yet", where=place
+            )
+        if asked.path.rpartition("/")[2] in SERIES.added() and "bands" not in base.holds:
+            raise InputError(
+                f"task '{asked.task}' has no bands", where=place, hint="a task of kind play"
             )
         measures = base.measures or ()
         wanted = replace(

@@ -15,5 +15,9 @@ ADDS: Adds = {
             after="reactions",
         ),
     },
+    "series": {
+        f"{name}_band": Added("mechdae.parts.play.first:band")
+        for name in ("position", "distance", "angle", "slide")
+    },
     "pictures": {"band": Added("mechdae.parts.play.drawn.pictures:BAND", after="coupler")},
 }

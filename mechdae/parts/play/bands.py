@@ -24,14 +24,14 @@ from functools import cached_property
 import casadi as ca
 import numpy as np
 
-from mechdae.equations.model import Row
+from mechdae.equations.model import Model, Row
 from mechdae.equations.reduction import Scene
 from mechdae.equations.structure_cache import StructureCache
 from mechdae.errors import UnavailableError
 from mechdae.kernels.bounds.intervals import SLOTS, Floors, enclosure
 from mechdae.kernels.bounds.walk import ROUNDOFF
 from mechdae.kernels.run.functions import Batch
-from mechdae.parts.play.gaps import JointGap
+from mechdae.parts.play.gaps import JointGap, support
 from mechdae.parts.play.loads import multipliers
 from mechdae.records import dataclass
 from mechdae.types import Booleans, Floats, Graph, Sym
@@ -54,11 +54,11 @@ class BandGraphs:
 
     Parameters
     ----------
-    outputs
-        Scalars over q.
+    paths
+        Outputs: ``points/P/position``, ``bodies/B/angle``, ``joints/J/slide``.
     """
 
-    def __init__(self, scene: Scene, outputs: Sequence[Sym]) -> None:
+    def __init__(self, scene: Scene, paths: Sequence[str]) -> None:
         model = self.model = scene.model
         every, self.u = model.driven(scene.drivers)
         keys = list(scene.recover)
@@ -70,7 +70,7 @@ class BandGraphs:
             for row in every
             if ca.depends_on(row.expression, self.q) and not ca.depends_on(row.expression, unknown)
         ]
-        self.p, self.y = model.p, ca.vertcat(*outputs)
+        self.p, self.y = model.p, ca.vertcat(*[_output(model, path) for path in paths])
         self.phi = ca.vertcat(*[row.expression for row in self.rows])
         self.inverse: Sym = SX.sym("Y", len(keys), len(keys))
         self.r: Sym = SX.sym("r", len(keys))
@@ -211,6 +211,16 @@ class BandGraphs:
         return Batch(function, [len(inputs) - 1])
 
 
+def _output(model: Model, path: str) -> Sym:
+    """Return an output over the coordinates of all bodies."""
+    kind, part, name = path.split("/")
+    if kind == "bodies":
+        return model.frame(part).angle
+    if kind == "points":
+        return model.point(part)
+    return next(value for word, value, _ in model.joint_quantities(part) if word == name)
+
+
 @dataclass
 class Bands:
     """Bands of outputs.
@@ -254,6 +264,7 @@ def bands(
     fixed = spread + (np.abs(inverse) @ off[..., None])[..., 0]
     image, proved = _boxes(graphs, (q, u, Y, p), fixed, spread, sizes, there)
     rest = ALLOWANCE * graphs.rest(q, image, u, off, Y, p)[0]
+    proved &= np.isfinite(rest).all(axis=1)
     rest[~proved] = np.nan
     forms = forms.reshape(n, nq, -1).transpose(0, 2, 1)
     shares = SHARE * shares.reshape(n, len(gaps), -1).transpose(0, 2, 1)
@@ -266,7 +277,8 @@ def _support(gaps: Sequence[JointGap], forms: Sym, reach: Sym) -> list[Sym]:
     found, start = list[Sym](), 0
     for gap in gaps:
         count = len(gap.rows)
-        found.append(gap.support([forms[:, j] * reach[start + i] for i, j in enumerate(gap.rows)]))
+        sizes = [reach[start + i] for i in range(count)]
+        found.append(support(gap.disc, [forms[:, j] for j in gap.rows], sizes))
         start += count
     return found
 
@@ -307,9 +319,11 @@ def _boxes(
         r = box[rows]
         miss, bend = graphs.test(q[rows], r, u[rows], Y[rows], p)
         image[rows] = ALLOWANCE * (fixed[rows] + miss + bend / 2)
-        good = (image[rows] <= r).all(axis=1) & (ALLOWANCE * (miss + bend) < r).all(axis=1)
+        slope = ALLOWANCE * (miss + bend)
+        good = (image[rows] <= r).all(axis=1) & (slope < r).all(axis=1)
         proved[rows[good]] = True
         tried[rows[good]] = False
-        box[rows] = np.maximum(WIDER * image[rows], r)
+        further = np.where(slope < r, image[rows], np.maximum(image[rows], slope))
+        box[rows] = np.maximum(WIDER * further, r)
         tried &= np.isfinite(box).all(axis=1) & (box <= 10 * np.maximum(fixed, width)).all(axis=1)
     return image, proved

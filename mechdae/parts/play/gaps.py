@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import casadi as ca
 import numpy as np
@@ -42,6 +42,8 @@ class JointGap:
         How far each of them opens alone, (n, rows) or (1, rows) [m, rad].
     disc
         Whether the set is a disc, else a rhombus with its corners at ``reach``.
+    units
+        Of the equations that it opens, "m" or "rad".
     """
 
     joint: str
@@ -50,21 +52,7 @@ class JointGap:
     rows: list[int]
     reach: Floats
     disc: bool
-
-    @property
-    def opened(self) -> list[tuple[int, Floats]]:
-        """The equations that it opens, and how far each opens alone, (n, 1) or (1, 1)."""
-        return list(zip(self.rows, np.hsplit(self.reach, len(self.rows)), strict=True))
-
-    def support(self, scaled: Sequence[Sym]) -> Sym:
-        """Return the largest value of linear forms whose entries are `scaled` by the reach.
-
-        Arrays or expressions, one for each row.
-        """
-        if self.disc:
-            return sum(part * part for part in scaled) ** 0.5
-        sizes = [abs(part) for part in scaled]
-        return functools.reduce(ca.fmax if isinstance(sizes[0], ca.SX) else np.maximum, sizes)
+    units: list[str]
 
     def pressed(self, reactions: Floats) -> Floats:
         """Return where reactions (n, rows) on the second body hold the joint, (n, rows).
@@ -80,6 +68,18 @@ class JointGap:
         corner = np.zeros_like(scaled)
         np.put_along_axis(corner, first, 1.0, axis=-1)
         return -self.reach * corner * np.sign(scaled)
+
+
+def support(disc: bool, forms: Sequence[Sym], reach: Sequence[Sym], least: float = 0.0) -> Sym:
+    """Return the largest value of linear forms on the set of a gap, by their entries.
+
+    Arrays or expressions, one for each row. `least` below the root of a disc lets it have a
+    derivative where it vanishes.
+    """
+    if disc:
+        return (sum(part * part for part in forms) + least) ** 0.5 * reach[0]
+    sizes = [abs(part) * size for part, size in zip(forms, reach, strict=True)]
+    return functools.reduce(ca.fmax if isinstance(sizes[0], ca.SX) else np.maximum, sizes)
 
 
 def gaps_of(
@@ -99,7 +99,11 @@ def gaps_of(
     """
     values, found = mechanism.values(), []
     for name, joint in mechanism.joints.items():
-        places = {row.part: k for k, row in enumerate(rows) if row.owner == name and not row.driver}
+        places = {
+            row.part: (k, row.unit)
+            for k, row in enumerate(rows)
+            if row.owner == name and not row.driver
+        }
         for key in KEYS:
             size = values.get(f"{name}.{key}")
             if size is not None and places:
@@ -112,38 +116,50 @@ def gaps_of(
     return [_gap(*each, values, centres) for each in sized]
 
 
+def opened(joint: Joint, key: str, number: Callable[[str], Sym], centres: Sym) -> dict[str, Sym]:
+    """Return how far each equation opens alone, by its part.
+
+    Parameters
+    ----------
+    number
+        Gives numbers of the joint by key, as floats or expressions; None without one.
+    centres
+        Distance of the centres of two wheels.
+    """
+    size = number(key)
+    if joint.hinge:
+        return {"x": size, "y": size}
+    if joint.straight:
+        length = number("contact_length") if joint.guide else None
+        if length is None:
+            return {"n": size}
+        return {"n": size, "turn": np.arcsin(2 * size / length)}  # both ends within the guide
+    if key == "backlash" and joint.wheels == 2:
+        return {"mesh": size / 2 * abs(1 - number("ratio")) / centres}
+    return {"mesh": size / 2}
+
+
 def _gap(
-    joint: Joint, key: str, size: float, places: Mapping[str, int],
+    joint: Joint, key: str, size: float, places: Mapping[str, tuple[int, str]],
     values: Mapping[str, float], centres: Mapping[str, Floats],
 ) -> JointGap:  # fmt: skip
     """Return the gap of a joint by the parts of its equations."""
-    where = f"joints.{joint.name}.{key}"
-    if joint.hinge:
-        reach = np.full((1, 2), size)
-        return JointGap(joint.name, key, size, [places["x"], places["y"]], reach, True)
-    if joint.straight:
-        length = values.get(f"{joint.name}.contact_length")
-        if not joint.guide or length is None:
-            return JointGap(joint.name, key, size, [places["n"]], np.full((1, 1), size), False)
-        if 2 * size >= length:
-            raise MechanismError(
-                f"the block is {length:g} m long: in a gap of {size:g} m on each side it can turn "
-                "round", where=where,
-            )  # fmt: skip
-        tilt = math.asin(2 * size / length)  # both ends of the block within the guide
-        reach = np.array([[size, tilt]])
-        return JointGap(joint.name, key, size, [places["n"], places["turn"]], reach, False)
-    half = size / 2
-    if key == "backlash" and joint.wheels == 2:
-        turned = abs(1 - values[f"{joint.name}.ratio"])
-        if not turned or not centres[joint.name].min(initial=np.inf):
-            raise MechanismError(
-                "wheels about one axis have no pitch circle", where=where, hint="backlash_angle"
-            )
-        reach = half * turned / centres[joint.name][:, None]
-    else:
-        reach = np.full((1, 1), half)
-    return JointGap(joint.name, key, size, [places["mesh"]], reach, False)
+    where, name = f"joints.{joint.name}.{key}", joint.name
+    length = values.get(f"{name}.contact_length") if joint.guide else None
+    if length is not None and 2 * size >= length:
+        raise MechanismError(
+            f"the block is {length:g} m long: in a gap of {size:g} m on each side it can turn "
+            "round", where=where,
+        )  # fmt: skip
+    along = key == "backlash" and joint.wheels == 2
+    if along and (values[f"{name}.ratio"] == 1 or not centres[name].min(initial=np.inf)):
+        raise MechanismError(
+            "wheels about one axis have no pitch circle", where=where, hint="backlash_angle"
+        )
+    reach = opened(joint, key, lambda word: values.get(f"{name}.{word}"), centres.get(name))
+    rows, units = (list(each) for each in zip(*[places[part] for part in reach], strict=True))
+    each = np.stack([np.atleast_1d(size) for size in reach.values()], axis=1)
+    return JointGap(name, key, size, rows, each, joint.hinge, units)
 
 
 def _check_size(mechanism: Mechanism, joint: Joint, key: str, size: float) -> None:

@@ -8,24 +8,26 @@ from dataclasses import replace
 import numpy as np
 
 from mechdae.describe.file.problem import Problem
-from mechdae.equations.model import Model
 from mechdae.forces.poses import loaded_run
 from mechdae.forces.task import with_forces
 from mechdae.motion.kinematics.prepared import prepare
 from mechdae.motion.kinematics.report import report
 from mechdae.motion.kinematics.sweep import run
 from mechdae.parts.play.bands import BandGraphs, Bands, bands
-from mechdae.parts.play.gaps import JointGap, gaps_of
+from mechdae.parts.play.gaps import JointGap, gaps_of, support
 from mechdae.parts.play.loads import offsets, reversals
 from mechdae.parts.play.task import Play
 from mechdae.records import dataclass
 from mechdae.results import FINE, LazyPart, Named, Series, SweepResult, among
-from mechdae.types import Booleans, Floats, Json, Sym
+from mechdae.types import Booleans, Floats, Json
 
 DIRECTIONS = 36
 """In which the band of a point is measured, over half a turn."""
+TURNS = np.array([f(np.pi * np.arange(DIRECTIONS) / DIRECTIONS) for f in (np.cos, np.sin)])
 WIDEST = float(1 / np.cos(np.pi / (2 * DIRECTIONS)))
 """How much further a point may be between two of them."""
+NOTHING = 1e-9
+"""Share of a band that is rounding."""
 NO_BAND = "no pose has a proved band: the clearances are too large, or it is near a limit position"
 NAMES = {"bodies": "body", "points": "point", "joints": "joint"}
 
@@ -42,6 +44,10 @@ class BandedQuantity:
     @property
     def path(self) -> str:
         return f"{self.kind}/{self.part}/{self.name}"
+
+    @property
+    def columns(self) -> range:
+        return range(self.at.start, self.at.stop)
 
 
 def play(problem: Problem, name: str, task: Play) -> SweepResult:
@@ -75,9 +81,9 @@ def play(problem: Problem, name: str, task: Play) -> SweepResult:
         followed = run(setting, task)
         result = report(problem, name, task, setting, followed)
     scene, p = setting.scene, setting.scene.model.p_values
-    quantities, outputs = _quantities(scene.model, result)
-    key = ("bands", *[quantity.path for quantity in quantities])
-    graphs = scene.cache(key, lambda: BandGraphs(scene, outputs))
+    quantities = _quantities(result)
+    paths = [quantity.path for quantity in quantities]
+    graphs = scene.cache(("bands", *paths), lambda: BandGraphs(scene, paths))
     q = graphs.recovered(followed.poses.x, followed.values, p)[0]
     q[~among(result.codes, FINE)] = np.nan
     pose = (q, followed.values, p)
@@ -91,20 +97,17 @@ def play(problem: Problem, name: str, task: Play) -> SweepResult:
     return _Banded(result, quantities, found, gaps, pressed, at).result()
 
 
-def _quantities(model: Model, result: SweepResult) -> tuple[list[BandedQuantity], list[Sym]]:
-    """Return what has a band, and its expressions over the coordinates of all bodies."""
-    found = [("bodies", body, "angle", [model.frame(body).angle]) for body in result.bodies]
-    found += [("points", p, "position", model.point(p).elements()) for p in result.points]
+def _quantities(result: SweepResult) -> list[BandedQuantity]:
+    """Return what has a band."""
+    found = [("bodies", body, "angle", 1) for body in result.bodies]
+    found += [("points", point, "position", 2) for point in result.points]
     for joint, series in result.joints.items():
-        for name, value, _ in model.joint_quantities(joint):
-            if name in ("slide", "angle") and name in series:
-                found.append(("joints", joint, name, [value]))
-    quantities, outputs = list[BandedQuantity](), list[Sym]()
-    for kind, part, name, values in found:
-        at = slice(len(outputs), len(outputs) + len(values))
-        quantities.append(BandedQuantity(kind, part, name, at))
-        outputs += values
-    return quantities, outputs
+        found += [("joints", joint, name, 1) for name in ("slide", "angle") if name in series]
+    ends = np.cumsum([0, *[width for *_, width in found]]).tolist()
+    return [
+        BandedQuantity(kind, part, name, slice(end, end + width))
+        for (kind, part, name, width), end in zip(found, ends, strict=False)
+    ]
 
 
 class _Banded:
@@ -124,12 +127,23 @@ class _Banded:
     ) -> None:  # fmt: skip
         self.swept, self.quantities, self.found = swept, quantities, found
         self.gaps, self.pressed, self.at = gaps, pressed, at
+        lengths = [quantity.name != "angle" for quantity in quantities for _ in quantity.columns]
+        bounds = [swept.bound.get(unit, np.zeros(len(swept))) for unit in ("angle", "length")]
+        self.first = found.shares.sum(axis=-1)
+        self.rest = found.rest + np.stack(bounds, axis=1)[:, np.array(lengths, int)]
+        self.band, self.reached = self.first + self.rest, np.maximum(self.first - self.rest, 0.0)
 
     def result(self) -> SweepResult:
         """Return the result with its bands."""
         series: dict[tuple[str, str], dict[str, Floats | LazyPart]] = {}
         for quantity in self.quantities:
             series.setdefault((quantity.kind, quantity.part), {}).update(self._arrays(quantity))
+        for gap, offset in zip(self.gaps, self.pressed or (), strict=bool(self.pressed)):
+            for name, unit in (("gap_offset", "m"), ("gap_turn", "rad")):
+                found = offset[:, [word == unit for word in gap.units]]
+                if found.shape[1]:
+                    shown = found if found.shape[1] > 1 else found[:, 0]
+                    series.setdefault(("joints", gap.joint), {})[name] = shown
         changes: Json = {}
         for kind, word in NAMES.items():
             parts = getattr(self.swept, kind).items()
@@ -141,17 +155,10 @@ class _Banded:
             summary["notes"] = [*summary.get("notes", []), NO_BAND]
         return self.swept.as_kind(type(self.swept), summary=summary, **changes)
 
-    def _first_and_rest(self, quantity: BandedQuantity) -> tuple[Floats, Floats]:
-        """Return what the gaps do to first order (n, k), and a bound of the rest."""
-        unit = "length" if quantity.name in ("position", "slide") else "angle"
-        bound = self.swept.bound.get(unit, np.zeros(len(self.swept)))
-        rest = self.found.rest[:, quantity.at] + bound[:, None]
-        return self.found.shares[:, quantity.at].sum(axis=-1), rest
-
     def _arrays(self, quantity: BandedQuantity) -> dict[str, Floats | LazyPart]:
         """Return the bands of a quantity by the names of their series."""
-        name, (first, rest) = quantity.name, self._first_and_rest(quantity)
-        arrays = {"band": first + rest, "reached": np.maximum(first - rest, 0.0)}
+        name, at = quantity.name, quantity.at
+        arrays = {"band": self.band[:, at], "reached": self.reached[:, at]}
         if self.pressed is not None:
             arrays["shift"] = np.where(self.found.proved[:, None], self._shift(quantity), np.nan)
         wide = quantity.kind == "points"
@@ -173,18 +180,19 @@ class _Banded:
 
     def _widest(self, quantity: BandedQuantity) -> tuple[Floats, Floats]:
         """Return the band (n,), of a point how far it may be, and shares of gaps (n, gaps)."""
-        first, rest = self._first_and_rest(quantity)
         if quantity.kind != "points":
-            return (first + rest)[:, 0], self.found.shares[:, quantity.at.start]
-        turns = np.pi * np.arange(DIRECTIONS) / DIRECTIONS
+            return self.band[:, quantity.at.start], self.found.shares[:, quantity.at.start]
         x, y = np.moveaxis(self.found.forms[:, quantity.at], 1, 0)[..., None]
-        forms = x * np.cos(turns) + y * np.sin(turns)  # (n, rows, directions)
-        scaled = [[forms[:, k] * reach for k, reach in gap.opened] for gap in self.gaps]
-        shares = np.stack([gap.support(s) for gap, s in zip(self.gaps, scaled, strict=True)])
+        forms = x * TURNS[0] + y * TURNS[1]  # (n, rows, directions)
+        shares = np.stack([
+            support(gap.disc, [forms[:, k] for k in gap.rows], np.hsplit(gap.reach, len(gap.rows)))
+            for gap in self.gaps
+        ])  # fmt: skip
         shares[:, ~self.found.proved] = np.nan
         whole = shares.sum(axis=0)
         furthest = (np.arange(len(whole)), np.nan_to_num(whole).argmax(axis=1))
-        return WIDEST * whole[furthest] + np.hypot(*rest.T), shares[:, *furthest].T
+        aside = np.hypot(*self.rest[:, quantity.at].T)
+        return WIDEST * whole[furthest] + aside, shares[:, *furthest].T
 
     def _summary(self) -> Json:
         """Return what the summary says."""
@@ -195,11 +203,22 @@ class _Banded:
         }
         if self.pressed is not None:
             found["reversals"] = [
-                {"joint": gap.joint, "from": float(self.at[k - 1]), "to": float(self.at[k])}
+                self._reversal(gap, offset[k] - offset[k - 1], k)
                 for gap, offset in zip(self.gaps, self.pressed, strict=True)
                 for k in np.flatnonzero(reversals(offset)).tolist()
             ]
         return found
+
+    def _reversal(self, gap: JointGap, step: Floats, k: int) -> Json:
+        """Return between which poses a joint changes sides, and what each output loses there."""
+        moved = self.found.forms[k][:, gap.rows] @ step
+        lost: dict[str, float] = {}
+        for quantity in self.quantities:
+            size, band = (np.linalg.norm(a[quantity.at]) for a in (moved, self.band[k]))
+            if size > NOTHING * band:
+                lost[quantity.path] = float(size)
+        ends = {"from": float(self.at[k - 1]), "to": float(self.at[k])}
+        return {"joint": gap.joint, **ends, "lost": lost}
 
     def _largest(self, quantity: BandedQuantity) -> Json:
         """Return where a band is widest, with the share of each joint; nothing without a band."""

@@ -51,6 +51,12 @@ def band_facts(result: Result, width: int) -> list[str]:
     for entry in play.get("reversals", ()):
         ends = [in_unit(entry[end], unit, 6, units) for end in ("from", "to")]
         text = f"{entry['joint']} changes sides between {driver} = {ends[0]} and {ends[1]}"
+        moved = [path for path in entry["lost"] if not path.endswith("angle")] or entry["lost"]
+        path = max(moved, key=lambda path: entry["lost"][path], default=None)
+        if path is not None:
+            kind, part, name = path.split("/")
+            lost = in_unit(entry["lost"][path], result.unit(kind, part, name), 4, units)
+            text += f": {part} loses {lost}"
         lines += fact("reversal", text, width)
     return lines
 

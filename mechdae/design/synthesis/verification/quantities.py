@@ -50,6 +50,9 @@ def measured(stated: Stated, claim: Claim, design: DesignFile) -> Worth:
     bad = [str(word) for word in found.status if str(word) not in FINE]
     if bad:
         defects.append(f"task {asked.task}: {len(bad)} poses are {bad[0]}")
+    if not bad and (lost := np.count_nonzero(np.isnan(values_of(found, asked.path)))):
+        defects.append(f"{asked.path} has no value at {lost} poses of task {asked.task}")
+        return Worth(np.inf, np.zeros(0), defects)
     if stated.robust is not None:
         try:
             value, parts = of_task(design, asked, stated.robust)
