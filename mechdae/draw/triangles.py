@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.tri import Triangulation
 
-from mechdae.types import Booleans, Integers, Points
+from mechdae.draw.diagram.shapes import within
+from mechdae.types import Integers, Points
 
 
 def triangles(loops: list[Points], least: float) -> Integers | None:
@@ -27,9 +28,9 @@ def triangles(loops: list[Points], least: float) -> Integers | None:
     points = np.vstack(loops)
     faces = Triangulation(*points.T).triangles
     middles = points[faces].mean(axis=1)
-    inside = _within(loops[0], middles)
+    inside = within(middles, loops[0])
     for hole in loops[1:]:
-        inside &= ~_within(hole, middles)
+        inside &= ~within(middles, hole)
     faces = faces[inside]
     a, b, c = points[faces].transpose(1, 0, 2)
     areas = ((b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0]) / 2
@@ -47,13 +48,3 @@ def _complete(faces: Integers, loops: list[Points]) -> bool:
         wanted |= {(begin + k, begin + (k + 1) % count) for k in range(count)}
         begin += count
     return open_ways == wanted and 3 * len(faces) == len(ways)
-
-
-def _within(loop: Points, places: Points) -> Booleans:
-    """Return which places lie in a polygon (even-odd rule)."""
-    x, y = places[:, :1], places[:, 1:]
-    (ax, ay), (bx, by) = loop.T, np.roll(loop, -1, axis=0).T
-    with np.errstate(divide="ignore", invalid="ignore"):
-        crossed = ((ay > y) != (by > y)) & (x < (bx - ax) * (y - ay) / (by - ay) + ax)
-    found: Booleans = crossed.sum(axis=1) % 2 == 1
-    return found

@@ -17,15 +17,15 @@ BUDGETS = {
     "motion": 23_320,  # poses of several drivers at the speed of one
     "forces": 4_800,
     "dynamics": 8_090,
-    "design": 15_910,
+    "design": 15_930,
     "tasks": 2_390,
     "cli": 1_720,
-    "parts": 29_710,  # what a page teaches by
+    "parts": 29_810,  # what a page teaches by
 }
 """Room -> most lines of its modules; some of them import what annotations name."""
 ALONE = 1107
 """Lines of the modules that stand alone: errors, docstrings, records, types, additions."""
-TOTAL = 144_400
+TOTAL = 144_500
 LONGEST = 500
 LONGER = {
     "describe/joints/spatial.py": 520,

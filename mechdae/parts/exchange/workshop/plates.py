@@ -9,6 +9,7 @@ from itertools import combinations
 import numpy as np
 
 from mechdae.describe import GROUND, Joint
+from mechdae.draw.diagram.shapes import hull as corners_of
 from mechdae.errors import InputError, UnavailableError
 from mechdae.parts.exchange.workshop.gaps import distances
 from mechdae.tasks import ExportedMotion
@@ -142,27 +143,11 @@ class Kit:
 
 
 def hull(points: Points) -> Points:
-    """Return the corners of the convex hull of points (n, 2), counterclockwise (monotone chain).
-
-    What is in line with its neighbours is no corner.
-    """
-    order = sorted({(float(x), float(y)) for x, y in points})
-    if len(order) < 3:
-        return np.array(order).reshape(-1, 2)
-    flat = IN_LINE * float(np.ptp(points, axis=0).max()) ** 2
-
-    def half(places: list[tuple[float, float]]) -> list[tuple[float, float]]:
-        chain: list[tuple[float, float]] = []
-        for x, y in places:
-            while len(chain) > 1:
-                (ax, ay), (bx, by) = chain[-2:]
-                if (bx - ax) * (y - ay) - (by - ay) * (x - ax) > flat:
-                    break
-                chain.pop()
-            chain.append((x, y))
-        return chain[:-1]
-
-    return np.array(half(order) + half(order[::-1]))
+    """Return the corners of the convex hull of points (n, 2), none in line with its neighbours."""
+    distinct = np.unique(points, axis=0)
+    if len(distinct) < 3:
+        return distinct
+    return distinct[corners_of(distinct, IN_LINE * float(np.ptp(points, axis=0).max()) ** 2)]
 
 
 def kit_of(motion: ExportedMotion, given: dict[str, float]) -> Kit:
