@@ -16,7 +16,7 @@ from mechdae.describe.values import NAME, NAME_RULE
 from mechdae.errors import InputError, MechdaeError, UnknownName, shorten
 
 TIME = "t"
-COMPONENTS = {
+COMPONENTS: dict[int, tuple[str, ...]] = {
     2: ("x", "y", "moment"),
     3: ("x", "y", "z", "moment_x", "moment_y", "moment_z"),
 }

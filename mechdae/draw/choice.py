@@ -11,7 +11,7 @@ from mechdae.errors import InputError
 
 OF_FORCES = ("force", "friction", "lever")
 """Plans that a task of reactions has."""
-WORDS = {
+WORDS: dict[tuple[str, ...], tuple[str, ...]] = {
     ("reactions", "motion"): ("effort", "reaction", "loss", "normal"),
     ("motion",): ("energy", "kinetic", "potential", "work", "drift"),
     ("sweep", "reactions"): ("transmission", "curvature", "tangent", "centr", "axode", "screw"),

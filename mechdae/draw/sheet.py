@@ -83,7 +83,9 @@ class Sheet:
         larger: tuple[float, float] = style.USUAL,
         margins: style.Margins = style.MARGINS,
     ) -> None:
-        self.paper, self.theme, self.memory = ax, theme, memory
+        self.paper: Axes | None = ax
+        self.theme: style.Theme = theme
+        self.memory: dict[str, Array] | None = memory
         points, above = np.array(style.AREA) * larger, style.TOP
         if ax is not None:
             figure = ax.get_figure(root=True)

@@ -151,7 +151,8 @@ class Sizes:
     """
 
     def __init__(self, setup: MotionProblem) -> None:
-        self.setup, self.kernel = setup, setup.kernel
+        self.setup: MotionProblem = setup
+        self.kernel: Kernel = setup.kernel
         self.started: set[int] = set()
         self.notes: dict[tuple[str, ...], str] = {}
 

@@ -15,10 +15,11 @@ from mechdae.kernels.graphs.stepper import Chunk, interpolate
 from mechdae.numerics.roots import root_between
 from mechdae.records import dataclass
 from mechdae.results import Event
-from mechdae.types import Floats, Matrix, Unknowns
+from mechdae.types import Floats, Json, Matrix, Unknowns
 
 if TYPE_CHECKING:
-    from mechdae.kernels.graphs.stepper import Layout
+    from mechdae.kernels.graphs.equations_of_motion import Kernel
+    from mechdae.kernels.graphs.stepper import Layout, Stepper
 
 LEAST = 1e-13
 """Step, as a share of the whole time, below which the integration gives up."""
@@ -37,7 +38,9 @@ class NoWay(Exception):
 
     def __init__(self, text: str, status: str = "jammed", code: str = "F5", **facts: Any) -> None:
         super().__init__(text)
-        self.status, self.code, self.facts = status, code, facts
+        self.status: str = status
+        self.code: str = code
+        self.facts: Json = facts
 
 
 @dataclass
@@ -85,8 +88,12 @@ class Integrator(ABC):
     name: str
     implicit = False
 
+    rhs: int
+
     def __init__(self, setup: MotionProblem) -> None:
-        self.setup, self.kernel, self.stepper = setup, setup.kernel, setup.stepper
+        self.setup: MotionProblem = setup
+        self.kernel: Kernel = setup.kernel
+        self.stepper: Stepper = setup.stepper
         self.layout: Layout = self.stepper.layout
         self.accepted = self.rejected = self.rhs = 0
 

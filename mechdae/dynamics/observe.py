@@ -20,6 +20,9 @@ from mechdae.types import Floats, Graph, Integers, Matrix, Reactions, Sym, Unkno
 
 if TYPE_CHECKING:
     from mechdae.equations.model import Model
+    from mechdae.equations.motion_equations import Released
+    from mechdae.equations.structure_cache import StructureCache
+    from mechdae.kernels.graphs.equations_of_motion import Kernel
 
 SX = ca.SX
 
@@ -50,9 +53,12 @@ class Observer:
     """Functions of states."""
 
     def __init__(self, setup: MotionProblem) -> None:
-        self.setup, self.r, self.kernel = setup, setup.loaded, setup.force_kernel
+        self.setup: MotionProblem = setup
+        self.r: Released = setup.loaded
+        self.kernel: Kernel = setup.force_kernel
         self.model: Model = setup.model
-        self.cache, self.p = self.kernel.cache, self.model.p_values
+        self.cache: StructureCache = self.kernel.cache
+        self.p: Floats = self.model.p_values
 
     def many(self, name: str, made: Callable[[], tuple[list[Any], list[Any]]]) -> Any:
         """Return a function of (t, x, v, signs, ...); signs have one row for each state."""

@@ -35,9 +35,12 @@ class Ends:
         contact: Contact | None = None,
     ) -> None:
         self.contact = contact
-        self.joint, self._frame, self._number = joint, frame, number
-        self.first, self.second = frame(joint.first_body), frame(joint.second_body)
-        self.p1, self.p2 = point(joint.first), point(joint.second)
+        self._frame, self._number = frame, number
+        self.joint: Joint = joint
+        self.first: Frame = frame(joint.first_body)
+        self.second: Frame = frame(joint.second_body)
+        self.p1: Sym = point(joint.first)
+        self.p2: Sym = point(joint.second)
         self.gap: Sym = self.p2 - self.p1
 
     def number(self, entry: str) -> Sym:

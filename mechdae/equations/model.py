@@ -115,7 +115,8 @@ class Model:
         frames: Callable[[str], Frame] = planar_frame,
         free: Iterable[str] = (),
     ) -> None:
-        self.mechanism, self.cache = mechanism, StructureCache()
+        self.mechanism: Mechanism = mechanism
+        self.cache: StructureCache = StructureCache()
         self._free = set(free)
         self._make_parameters()
         self._anchors: dict[str, str] = {}
@@ -134,7 +135,7 @@ class Model:
         parts += [contact.coordinates for contact in self.contacts.values()]
         self.coordinates: Coordinates = Coordinates(itertools.chain(*parts))
         self.q_names: list[tuple[str, str]] = self.coordinates.keys
-        self.q = ca.vertcat(*[c.symbol for c in self.coordinates])
+        self.q: Sym = ca.vertcat(*[c.symbol for c in self.coordinates])
         self._of_symbol = {c.symbol.element_hash(): c for c in self.coordinates}
         self.ends: dict[str, Ends] = {
             name: Ends(joint, self.frame, self.point, self.numbers, self.contacts.get(name))

@@ -93,8 +93,11 @@ class Released:
         rubbing: Rubbing | None = None,
     ) -> None:
         self.rubbing: Rubbing = rubbing or Rubbing(model, loads, friction=False)
-        self.model, self.loads, self.laws = model, loads, list(laws)
-        self.t, self.cache = loads.time, StructureCache()
+        self.model: Model = model
+        self.loads: Loads = loads
+        self.laws: list[Law] = list(laws)
+        self.t: Sym = loads.time
+        self.cache: StructureCache = StructureCache()
         self.values: Sym = SX.sym("held", len(held))
         self.rows: list[Row] = list(model.rows)
         for law in laws:
@@ -128,7 +131,7 @@ class Released:
         self.solved: list[int] = [places[symbol.element_hash()] for symbol, _, _ in solved]
         expressions = dict(zip(self.free, left, strict=True))
         expressions |= {j: equation[1] for j, equation in zip(self.solved, solved, strict=True)}
-        self.q = ca.vertcat(*[expressions[j] for j in range(len(symbols))])
+        self.q: Sym = ca.vertcat(*[expressions[j] for j in range(len(symbols))])
         self.phi: Sym = _column([expression for expression, _, _ in rest])
         self.residue: Sym = _column([expression for expression, _, _ in without])
         self.units: list[str] = [self.rows[i].unit for i in self.left]

@@ -38,7 +38,8 @@ class State:
     """What decides which formula holds at a place of the path: signs, pieces, solutions."""
 
     def __init__(self, statics: InverseDynamics, moving: Moving) -> None:
-        self.statics, self.moving = statics, moving
+        self.statics: InverseDynamics = statics
+        self.moving: Moving = moving
 
     def at(self, s: Floats, coupled: bool = True) -> PoseForces:
         """Return the forces at places; all solutions if friction is `coupled`."""

@@ -98,7 +98,8 @@ class Branches:
     """
 
     def __init__(self, balance: Balance, stages: Batch, by_factor: Batch) -> None:
-        self.balance, self._stages, self._by_factor = balance, stages, by_factor
+        self._stages, self._by_factor = stages, by_factor
+        self.balance: Balance = balance
         self.groups: list[tuple[list[int], list[slice], list[str]]] = []
         for share in balance.shares:
             if share.feedbacks:

@@ -170,38 +170,40 @@ class InverseDynamics:
         Poses that tell real pairs of wheels from mere ratios of angles.
     """
 
-    single = frozenset((NUMBERS, FACTOR))
+    single: frozenset[int] = frozenset((NUMBERS, FACTOR))
     """Inputs of a balance that have one value for all poses."""
 
     def __init__(
         self, scene: Scene, evaluator: Evaluator, task: Reactions, motion: LoadedPoses
     ) -> None:
-        self.scene, self.evaluator, self.task = scene, evaluator, task
+        self.scene: Scene = scene
+        self.evaluator: Evaluator = evaluator
+        self.task: Reactions = task
         model = scene.model
-        self.p, self.length = model.p_values, model.mechanism.scale
+        self.p: Floats = model.p_values
+        self.length: float = model.mechanism.scale
         self._last: tuple[LoadedPoses, float, list[Floats]] | None = None
-        real: tuple[Any, ...] = ()
-        cases = scene.cases("forces of joints")
-        for case in cases:
-            real += case.real_along(scene, lambda: absolute(scene, motion), self.length)
-        friction, turned = task.friction != "none", task.direction == "load"
-        slow = task.quasi_static
+        cases, poses = scene.cases("forces of joints"), lambda: absolute(scene, motion)
+        pairs = (case.real_along(scene, poses, self.length) for case in cases)
+        real: tuple[Any, ...] = sum(pairs, ())
+        rubs, turned, slow = task.friction != "none", task.direction == "load", task.quasi_static
         self.key: tuple[Hashable, ...] = (
-            "forces", real, task.friction_radius, friction, turned, slow, timed_numbers(model)
+            "forces", real, task.friction_radius, rubs, turned, slow, timed_numbers(model)
         )  # fmt: skip
 
         def build() -> Kernels:
             meshes = {name: mesh for c in cases for name, mesh in c.meshes_of(model, real).items()}
-            laws = Laws(model, meshes, task.friction_radius, friction)
+            laws = Laws(model, meshes, task.friction_radius, rubs)
             loads = Loads(model, turned, slow=slow, heavy=scene.bodies)
             return Kernels(loads, laws, meshes, Balance(scene, loads, laws, meshes))
 
         self._kernels: Kernels = scene.cache(self.key, build)
-        self.loads, self.laws = self._kernels.loads, self._kernels.laws
-        self.meshes, self.balance = self._kernels.meshes, self._kernels.balance
-        self.assumptions: list[str] = [*self.laws.assumptions]
-        for case in cases:
-            self.assumptions += case.about_meshes(self.meshes, model.mechanism)
+        self.loads: Loads = self._kernels.loads
+        self.laws: Laws = self._kernels.laws
+        self.meshes: Mapping[str, MeshForces] = self._kernels.meshes
+        self.balance: Balance = self._kernels.balance
+        notes = (n for case in cases for n in case.about_meshes(self.meshes, model.mechanism))
+        self.assumptions: list[str] = [*self.laws.assumptions, *notes]
         self.tables: list[Floats] = [np.array(signal.load.points) for signal in self.loads.signals]
 
     @property

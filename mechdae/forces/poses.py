@@ -66,7 +66,9 @@ class Moving:
     """
 
     def __init__(self, setting: Setting, run: Run, slow: bool) -> None:
-        self.setting, self.run, self.slow = setting, run, slow
+        self.setting: Setting = setting
+        self.run: Run = run
+        self.slow: bool = slow
         self._columns = unknown_columns(setting)
         plan = setting.plan
         self.by_value: bool = plan.by_value

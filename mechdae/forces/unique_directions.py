@@ -47,7 +47,8 @@ class Orientations:
     def __init__(
         self, model: Model, cache: StructureCache, columns: Sequence[int], q: Floats
     ) -> None:
-        self.model, self._cache, self._columns, self._q = model, cache, list(columns), q
+        self._cache, self._columns, self._q = cache, list(columns), q
+        self.model: Model = model
         self.world: Floats = np.broadcast_to(np.eye(3), (len(q), 3, 3))
 
     def has(self, body: str) -> bool:

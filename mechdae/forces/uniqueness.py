@@ -235,7 +235,8 @@ class ForceColumns:
 
     def _take(self, model: Model) -> None:
         """Take the numbers of a model."""
-        self.p, length = model.p_values, model.mechanism.scale
+        length = model.mechanism.scale
+        self.p: Floats = model.p_values
         self.weights: Floats | None = None
         if model.space.behind:
             self.weights = np.array([1.0] * 3 + [1 / length] * 3)

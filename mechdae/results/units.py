@@ -78,7 +78,7 @@ UNITS = {
 
 WHOLE = (("Fx", "Fy", "M"), ("N", "N", "N m"))
 IN_SPACE = (("Fx", "Fy", "Fz", "Mx", "My", "Mz"), ("N",) * 3 + ("N m",) * 3)
-REACTION = {
+REACTION: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
     **dict.fromkeys(("", "uncoupled", "static", "inertial", "body"), WHOLE),
     "radial": (("Fr", "Ft"), ("N", "N")),
 }

@@ -44,7 +44,9 @@ class RowSets:
                 )
                 raise InputError(f"{wanted} are needed, not {rows.shape}", where="parameters")
             values = dict(zip(vary, rows.T, strict=True))
-        self.same = {n: v for n, v in values.items() if isinstance(v, str) or np.ndim(v) == 0}
+        self.same: dict[str, Number] = {
+            n: v for n, v in values.items() if isinstance(v, str) or np.ndim(v) == 0
+        }
         known = problem.mechanism.settable
         columns: dict[str, Floats] = {}
         for name, value in values.items():

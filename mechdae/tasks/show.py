@@ -101,7 +101,7 @@ def loops_and_vectors(mechanism: Mechanism) -> Json:
     return {"loops": {name: list(loop) for name, loop in closure.loops.items()}, "vectors": vectors}
 
 
-ANGLES = {2: ("length", "angle"), 3: ("length", "elevation", "azimuth")}
+ANGLES: dict[int, tuple[str, ...]] = {2: ("length", "angle"), 3: ("length", "elevation", "azimuth")}
 """What a vector has in the plane and in space."""
 
 

@@ -379,8 +379,8 @@ SLIPS = [
     ),
     Slip(
         "forces.inverse_dynamics",
-        "slow = task.quasi_static",
-        "slow = False",
+        'task.direction == "load", task.quasi_static',
+        'task.direction == "load", False',
         slowly,
         HOLDS,
     ),

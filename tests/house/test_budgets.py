@@ -10,22 +10,22 @@ PACKAGE = ROOT / "mechdae"
 BUDGETS = {
     "describe": 13_490,  # rare kinds in modules of their own, which most problems do not import
     "numerics": 4_700,
-    "equations": 7_630,  # what is left out of a scene: rollers, second machines, plane and space
-    "results": 3_600,
-    "draw": 20_510,  # graphs of motions; texts are measured without matplotlib
-    "kernels": 7_460,
-    "motion": 23_320,  # poses of several drivers at the speed of one
-    "forces": 4_800,
-    "dynamics": 8_090,
-    "design": 15_930,
-    "tasks": 2_390,
+    "equations": 7_650,  # what is left out of a scene: rollers, second machines, plane and space
+    "results": 3_610,
+    "draw": 20_520,  # graphs of motions; texts are measured without matplotlib
+    "kernels": 7_500,
+    "motion": 23_440,  # poses of several drivers at the speed of one
+    "forces": 4_810,
+    "dynamics": 8_110,
+    "design": 15_960,
+    "tasks": 2_400,
     "cli": 1_720,
-    "parts": 29_810,  # what a page teaches by
+    "parts": 29_830,  # what a page teaches by
 }
 """Room -> most lines of its modules; some of them import what annotations name."""
 ALONE = 1107
 """Lines of the modules that stand alone: errors, docstrings, records, types, additions."""
-TOTAL = 144_500
+TOTAL = 144_800
 LONGEST = 500
 LONGER = {
     "describe/joints/spatial.py": 520,
@@ -35,7 +35,8 @@ LONGER = {
     "dynamics/equations.py": 530,
     "equations/tree/tree_model.py": 590,
     "forces/inverse_dynamics.py": 540,
-    "kernels/graphs/kinetostatics.py": 510,
+    "kernels/graphs/kinetostatics.py": 520,
+    "motion/cases/hard_steps/crossings/change_points.py": 510,
     "parts/types/chains/chains.py": 510,
 }
 """Modules above `LONGEST` lines, and how long they may be; each has one purpose."""

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 FORMATS = ("svg", "png", "pdf")
 MOVING = ("gif", "svg", "mp4", "webm")
 """Formats of animations; films need ffmpeg."""
-TYPES = {"whole": int, "number": float}
+TYPES: dict[str, type] = {"whole": int, "number": float}
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:

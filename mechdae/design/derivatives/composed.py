@@ -90,7 +90,8 @@ class Composed:
         if dependent:
             self._follow_drivers()
         parts = [self._output(path) for path in self.paths]
-        self.spans, start = [], 0
+        self.spans: list[slice] = []
+        start = 0
         for part in parts:
             self.spans.append(slice(start, start + part.numel()))
             start += part.numel()

@@ -99,7 +99,8 @@ class Nlp:
     """
 
     def __init__(self, rough: bool = False, exact: bool = False) -> None:
-        self.rough, self.exact = rough, exact
+        self.rough: bool = rough
+        self.exact: bool = exact
         self._variables: dict[str, tuple[Sym, Floats, Floats, Floats]] = {}
         self._parameters: dict[str, tuple[Sym, Floats]] = {}
         self._constraints: list[tuple[str, Any, Any, Any]] = []

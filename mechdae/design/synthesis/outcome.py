@@ -43,7 +43,9 @@ class TaskRun:
         names: Sequence[str],
         box: list[tuple[float, float]],
     ) -> None:
-        self.task, self.names, self.box = task, list(names), np.asarray(box, float)
+        self.task: str = task
+        self.names: list[str] = list(names)
+        self.box: Floats = np.asarray(box, float)
         self.problem: Problem = sharp(problem, task, tuple(paths))
         self.rests: bool = isinstance(self.problem.tasks[task], Equilibrium)
         self._values: dict[bytes, dict[str, float]] = {}
@@ -120,7 +122,9 @@ class Outcome:
     """One number of a task."""
 
     def __init__(self, run: TaskRun, path: str) -> None:
-        self.run, self.path, self.names = run, path, run.names
+        self.run: TaskRun = run
+        self.path: str = path
+        self.names: list[str] = run.names
         self.here: float = run.here[path]
 
     def value(self, d: Floats) -> float:

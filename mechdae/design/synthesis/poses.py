@@ -49,7 +49,8 @@ class FreePoses:
         asks: Callable[[Model], Mapping[str, Any]],
         tolerated: Iterable[str] = (),
     ) -> None:
-        self.mechanism, self.free = mechanism, list(free)
+        self.mechanism: Mechanism = mechanism
+        self.free: list[str] = list(free)
         c = coordinate(mechanism, driver)
         self.model: Model = model_of(mechanism, (c,), [*free, *tolerated])
         self.scene: Scene = scene(self.model, (c,), tuple(bodies))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import casadi as ca
 import numpy as np
@@ -23,6 +23,9 @@ from mechdae.forces.poses import loaded_run
 from mechdae.motion.kinematics.prepared import prepare
 from mechdae.types import Graph
 
+if TYPE_CHECKING:
+    from mechdae.motion.kinematics.prepared import Setting
+
 SX = ca.SX
 SMOOTH = 1e-4
 """Share of the drivers' speed over which signs of sliding speeds change."""
@@ -39,7 +42,8 @@ class Quantity:
     """A quantity of a task."""
 
     def __init__(self, problem: Problem, asked: Extreme, driver: str, free: Sequence[str]) -> None:
-        self.asked, self.free = asked, list(free)
+        self.asked: Extreme = asked
+        self.free: list[str] = list(free)
         base = problem.tasks[asked.task]
         assert isinstance(base, Sweep)
         self.base = base
@@ -87,7 +91,8 @@ class Quantity:
         self.statics: InverseDynamics | None = None
         if isinstance(wanted, Reactions):
             loaded = loaded_run(problem, wanted, free)
-            self.setting, self.statics = loaded.setting, loaded.statics
+            self.statics = loaded.statics
+            self.setting: Setting = loaded.setting
             if self.statics.loads.signals or self.statics.loads.timed:
                 raise UnavailableError("loads from tables cannot be optimised yet", where=place)
         else:

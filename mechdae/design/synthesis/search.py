@@ -81,6 +81,8 @@ def _check_bars(mechanism: Mechanism, free: Mapping[str, tuple[float, float]]) -
 class Search:
     """Everything that is built once for a task: goals, limits, space, NLPs."""
 
+    problem: Problem
+
     def __init__(self, problem: Problem, task: Synthesis) -> None:
         self.asked: Demand = demand(problem, task)
         shaken = shaken_by(self.asked)

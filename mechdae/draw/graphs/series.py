@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 Array = NDArray[np.float64]
-PRINCIPAL = {
+PRINCIPAL: dict[str, tuple[str, ...]] = {
     "bodies": ("angle",),
     "points": ("position",),
     "joints": ("slide", "s", "angle", "reaction"),

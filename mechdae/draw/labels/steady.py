@@ -39,7 +39,10 @@ class AnchorFrame:
     """Where the corners of what moves with an anchor are, in one pose."""
 
     def __init__(self, sheet: Sheet, scene: Any, pose: int, anchor: Anchor) -> None:
-        self.sheet, self.scene, self.pose, self.anchor = sheet, scene, pose, anchor
+        self.sheet: Sheet = sheet
+        self.scene: Any = scene
+        self.pose: int = pose
+        self.anchor: Anchor = anchor
         self.bases: Floats = np.array(
             [self.base(point) for point in anchor.points] or np.zeros((1, 2))
         )

@@ -32,7 +32,9 @@ class Rates:
     """
 
     def __init__(self, result: SweepResult, scene: DrawnScene, pose: int) -> None:
-        self.result, self.scene, self.pose = result, scene, pose
+        self.result: SweepResult = result
+        self.scene: DrawnScene = scene
+        self.pose: int = pose
         self.spins: dict[str, tuple[float, float]] = {GROUND: (0.0, 0.0)}
         for body, series in result.bodies.items():
             rates = [

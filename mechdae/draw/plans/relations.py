@@ -137,8 +137,14 @@ class Relations:
         ``"velocity"`` or ``"acceleration"``.
     """
 
+    symbol: str
+    unit: str
+    pole: str
+
     def __init__(self, result: SweepResult, scene: DrawnScene, pose: int, word: str) -> None:
-        self.word, self.scene, self.pose = word, scene, pose
+        self.word: str = word
+        self.scene: DrawnScene = scene
+        self.pose: int = pose
         self.symbol, self.unit, self.pole = SYMBOLS[word]
         self.rates: Rates = Rates(result, scene, pose)
         self.groups: list[tuple[str, tuple[str, ...]]] = groups_of(result, scene)

@@ -52,7 +52,7 @@ class Implicit:
         self.r, self.model, k = whole.released, whole.model, whole.kernel
         r = self.r
         self.lam: Sym = SX.sym("lam", k.m)
-        self.force = ca.densify(r.f) - r.J.T @ self.lam
+        self.force: Sym = ca.densify(r.f) - r.J.T @ self.lam
         self.at = (0.0, self.found.rest.x, np.zeros(k.n), whole.loose,
                    self.found.rest.lam / k.gaps, self.model.p_values)  # fmt: skip
         self.inputs: list[Sym] = [r.t, r.x, r.v, r.signs, self.lam, self.model.p]

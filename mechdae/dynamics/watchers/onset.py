@@ -39,7 +39,8 @@ class Onset:
     """Looks for states at which the laws of friction give no accelerations, or several."""
 
     def __init__(self, integrator: Integrator, sizes: Sizes) -> None:
-        self.integrator, self.sizes = integrator, sizes
+        self.integrator: Integrator = integrator
+        self.sizes: Sizes = sizes
         self.layout: Layout = integrator.layout
 
     def look(self, nodes: Nodes) -> tuple[Any, NoWay] | None:

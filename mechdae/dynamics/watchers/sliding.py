@@ -67,7 +67,8 @@ class Slips:
     """
 
     def __init__(self, setup: MotionProblem, integrator: Integrator) -> None:
-        self.setup, self.integrator = setup, integrator
+        self.setup: MotionProblem = setup
+        self.integrator: Integrator = integrator
         self.kernel: Kernel = setup.kernel
         self.slips: list[Slip] = setup.released.rubbing.slips
         self.names: list[str] = [slip.owner for slip in self.slips]

@@ -7,7 +7,7 @@ ball that sticks, the law says how large the moment of friction may be and not h
 from __future__ import annotations
 
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import casadi as ca
 import numpy as np
@@ -21,6 +21,9 @@ from mechdae.dynamics.watchers.sliding import IDLE, RANK, SLACK, Turn
 from mechdae.dynamics.watchers.zeros import Looker, Sign, changes
 from mechdae.equations.forces.feedback import ACROSS
 from mechdae.types import Floats, Matrix, Unknowns
+
+if TYPE_CHECKING:
+    from mechdae.kernels.graphs.equations_of_motion import Kernel
 
 SHARPEST = 1e-6
 """Square of the sine between a ball's spin and its load at which its friction is left open."""
@@ -40,7 +43,8 @@ class BallLoads:
     """Watches spins and moments of balls about the lines of their loads."""
 
     def __init__(self, setup: MotionProblem) -> None:
-        self.setup, self.kernel = setup, setup.kernel
+        self.setup: MotionProblem = setup
+        self.kernel: Kernel = setup.kernel
 
     @cached_property
     def sizes(self) -> dict[int, int]:

@@ -59,11 +59,14 @@ class Contact:
         values: Mapping[str, float], functions: Mapping[str, object],
     ) -> None:  # fmt: skip
         name = joint.name
-        self.joint, self.closed, self.rolls = joint, joint.closed, joint.roller_radius is not None
+        self.joint: Curve = joint
+        self.closed: bool = joint.closed
+        self.rolls: bool = joint.roller_radius is not None
         self.s: Sym = SX.sym(f"{name}.s")
         self._tangents = of_owner(name, ("angle",)) if self.rolls else ()
         self.angle: Any = self._tangents[0].symbol if self.rolls else None
-        self.start, self.end = numbers[f"{name}.start"], numbers[f"{name}.end"]
+        self.start: Sym = numbers[f"{name}.start"]
+        self.end: Sym = numbers[f"{name}.end"]
         self.turn: Sym = (self.end - self.start) / (2 * math.pi)
         self.range: tuple[float, float] = span(joint, values)
         self.wrapped: bool = joint.closed and not repeats(joint, values)

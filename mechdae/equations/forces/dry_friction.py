@@ -61,7 +61,8 @@ class Rubbing:
         friction: bool,
         meshes: Mapping[str, MeshForces] | None = None,
     ) -> None:
-        self.model, self.meshes = model, dict(meshes or {})
+        self.model: Model = model
+        self.meshes: dict[str, MeshForces] = dict(meshes or {})
         laws = Laws(model, self.meshes, friction=friction, adhesion=True)
         laws.factor = SX(1)
         self.feedbacks: list[Feedback] = []

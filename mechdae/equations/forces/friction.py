@@ -58,7 +58,10 @@ class Laws:
         adhesion: bool = False,
     ) -> None:
         self.adhesion = adhesion
-        self.model, self.meshes, self.radius, self.friction = model, meshes, radius, friction
+        self.model: Model = model
+        self.meshes: Mapping[str, MeshForces] = meshes
+        self.radius: str = radius
+        self.friction: bool = friction
         self.factor: Sym = SX.sym("factor")
         self.slips: list[Slip] = []
         self.assumptions: list[str] = []

@@ -103,7 +103,8 @@ class JointReactions:
     """
 
     def __init__(self, r: Any, names: Sequence[str]) -> None:
-        model, self.names = r.model, list(names)
+        model = r.model
+        self.names: list[str] = list(names)
         still = self._told(model, add(r.loads.total, times(-1, inertia(model))))
         steady = self._stacked(model, row_columns(r), -1)
         locks = self._stacked(model, lock_columns(r), -1)
@@ -117,7 +118,7 @@ class JointReactions:
         self.still, turned, self.by_multiplier, self.by_lock, self.by_size = ca.horzsplit(
             moved, ends
         )
-        self.by_acceleration = turned @ r.V
+        self.by_acceleration: Sym = turned @ r.V
 
     def _told(self, model: Model, wrench: Wrench) -> Sym:
         parts = [part for name in self.names for part in reaction(model, name, wrench)]

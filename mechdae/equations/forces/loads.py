@@ -92,7 +92,10 @@ class Loads:
         slow: bool = False,
         heavy: Collection[str] | None = None,
     ) -> None:
-        self.model, self.turned, self.gradual, self.slow = model, turned, gradual, slow
+        self.model: Model = model
+        self.turned: bool = turned
+        self.gradual: bool = gradual
+        self.slow: bool = slow
         self._seen = SLOW * model.velocity if slow else model.velocity
         self.slips: list[Slip] = []
         self.signals: list[Signal] = []

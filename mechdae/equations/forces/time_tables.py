@@ -60,7 +60,10 @@ class Timed:
         p_values: Floats,
         where: str = "",
     ) -> None:
-        self.name, self.table, self.where, self.repeats = name, table, where, period is not None
+        self.name: str = name
+        self.table: TableLoad | TimeTable = table
+        self.where: str = where
+        self.repeats: bool = period is not None
         numbers = ca.vertcat(SX(shift), SX(0) if period is None else SX(period))
         self._numbers = ca.Function("numbers", [p], [ca.densify(numbers)])
         self.symbols: Sym = SX.sym(f"piece_{name}", 6)

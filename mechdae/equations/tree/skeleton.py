@@ -58,7 +58,7 @@ class Skeleton(Model):
         self._frames[GROUND] = TreeFrame(SX(3, 1), SX.eye(3), SX.eye(3))  # type: ignore[assignment]
         self.coordinates: Coordinates = Coordinates(c for part in own.values() for c in part)
         self.q_names: list[tuple[str, str]] = self.coordinates.keys
-        self.q = ca.vertcat(*[c.symbol for c in self.coordinates])
+        self.q: Sym = ca.vertcat(*[c.symbol for c in self.coordinates])
         self._values = mechanism.values()
         self.rows = []
         for name, joint in mechanism.joints.items():

@@ -142,7 +142,7 @@ class TreeModel(Spinning, TreeForces):
         self.rows += [self._length_row(link) for link in self.idle.values()]
         self.coordinates: Coordinates = Coordinates(self._of.values())
         self.q_names: list[tuple[str, str]] = self.coordinates.keys
-        self.q = ca.vertcat(*[c.symbol for c in self.coordinates])
+        self.q: Sym = ca.vertcat(*[c.symbol for c in self.coordinates])
         self._of_symbol = {c.symbol.element_hash(): c for c in self.coordinates}
 
     def _is_constant(self, name: str) -> bool:

@@ -66,7 +66,8 @@ class Mesh:
         self.steady: Wrench = {}
         self.tangential: Sym = SX(1)
         self.rubbing: Sym = self.turning
-        self.closing = self.size = SX(0)
+        self.closing: Sym = SX(0)
+        self.size: Sym = SX(0)
         self.holding = None
         self._sense = self._drives = SX(1)
         KINDS[joint.kind](self)

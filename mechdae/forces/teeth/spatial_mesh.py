@@ -109,12 +109,12 @@ class SpatialMesh:
             across = across * ca.sign(ca.dot(across, self.a1))
             helix = self.number("helix")
             across = ca.cos(helix) * across + ca.sin(helix) * round_
-        self.across = ca.cross(self.normal, across)
+        self.across: Sym = ca.cross(self.normal, across)
         second = self._second_velocity(self.P)
         slip = self.ratio * self._v1 - second if self.ratio is not None else self._v1
         along = ca.cross(self.normal, round_)
         along = along * ca.sign(ca.dot(along, self.a1))
-        self.rolling_helix = ca.atan(ca.dot(slip, round_) / ca.dot(slip, along))
+        self.rolling_helix: Sym = ca.atan(ca.dot(slip, round_) / ca.dot(slip, along))
 
     def _bend(self, axis: Sym, place: Sym) -> Sym:
         """Return the curvature of a pitch surface, positive with its axis along the normal."""
@@ -147,7 +147,7 @@ class SpatialMesh:
         gone = turned - self.a1
         self._rolling, self._axis = ca.norm_2(gone), _unit(gone)
         self._carried = ca.dot(self._axis, turned), ca.dot(self._axis, self.a1)
-        self.rubbing = self._rolling * self._turning
+        self.rubbing: Sym = self._rolling * self._turning
 
     @property
     def holding(self) -> Wrench:

@@ -124,7 +124,8 @@ class Surfaces:
     def __init__(
         self, statics: InverseDynamics, names: list[str], motion: LoadedPoses, loaded: Loaded
     ) -> None:
-        self.statics, self.names = statics, names
+        self.statics: InverseDynamics = statics
+        self.names: list[str] = names
         self.still: float = NOTHING * fastest(statics, motion)
         forces = np.nan_to_num(loaded.reactions[..., :2])
         self.loose: float = NOTHING * float(np.abs(forces).max(initial=0.0))

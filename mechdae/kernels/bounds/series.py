@@ -28,7 +28,8 @@ class BoundedSeries:
     __slots__ = ("__dict__", "c", "e")
 
     def __init__(self, c: Any, e: Any = 0.0) -> None:
-        self.c, self.e = c, e
+        self.c = c
+        self.e = e
 
     def plus(self, b: Value) -> Self:
         """Return the sum with a value."""

@@ -20,7 +20,7 @@ from weakref import WeakKeyDictionary
 import casadi as ca
 import numpy as np
 
-from mechdae.types import Graph, Sym
+from mechdae.types import Floats, Graph, Sym
 
 FORMULAS: dict[int, Callable[..., Any]] = {
     ca.OP_ASSIGN: lambda a: a,
@@ -75,12 +75,12 @@ LOGIC: dict[int, tuple[Callable[..., Any], Callable[..., Any]]] = {
     ca.OP_REMAINDER: (ca.remainder, lambda a, b: a - b * np.rint(a / b)),
 }
 """Pieces, from derivatives of min and max and from curves of one turn: casadi, arrays."""
-SYMBOLIC = {
+SYMBOLIC: dict[int, Callable[..., Sym]] = {
     **FORMULAS,
     **{code: getattr(ca, names[0]) for code, names in NAMES.items()},
     **{code: pair[0] for code, pair in LOGIC.items()},
 }
-ARRAYS = {
+ARRAYS: dict[int, Callable[..., Floats]] = {
     **FORMULAS,
     **{code: getattr(np, names[1]) for code, names in NAMES.items()},
     **{code: pair[1] for code, pair in LOGIC.items()},

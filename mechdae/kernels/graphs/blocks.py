@@ -62,14 +62,23 @@ class BlockShape:
     def __init__(
         self, x: Sym, z: Sym, u: Sym, q: Sym, F: Sym, angles: list[int], shared: bool = False
     ) -> None:
-        self.x, self.z, self.u, self.q, self.F = x, z, u, q, F
-        self.shared, self.cache = shared, StructureCache()
-        self.vx, self.vz = SX.sym("vx", x.numel()), SX.sym("vz", z.numel())
-        self.vu, self.az = SX.sym("vu", u.numel()), SX.sym("az", z.numel())
+        self.F = F
+        self.x: Sym = x
+        self.z: Sym = z
+        self.u: Sym = u
+        self.q: Sym = q
+        self.shared: bool = shared
+        self.cache: StructureCache = StructureCache()
+        self.vx: Sym = SX.sym("vx", x.numel())
+        self.vz: Sym = SX.sym("vz", z.numel())
+        self.vu: Sym = SX.sym("vu", u.numel())
+        self.az: Sym = SX.sym("az", z.numel())
         self.au: Sym = SX.sym("au", u.numel())
         self.moving: list[Sym] = [x, z, u]
-        self.every, self.rates = ca.vertcat(x, z, u), ca.vertcat(self.vx, self.vz, self.vu)
-        self.J, Fz = ca.jacobian(F, x), ca.jacobian(F, z)
+        self.every: Sym = ca.vertcat(x, z, u)
+        self.rates: Sym = ca.vertcat(self.vx, self.vz, self.vu)
+        self.J: Sym = ca.jacobian(F, x)
+        Fz = ca.jacobian(F, z)
         drift = ca.jtimes(F, ca.vertcat(z, u), ca.vertcat(self.vz, self.vu))
         self.first: Sym = ca.jtimes(F, self.every, self.rates)
         self.second: Sym = ca.jtimes(self.first, self.every, self.rates)
@@ -202,11 +211,15 @@ class BlockGraph:
     """
 
     def __init__(self, scene: Scene, block: Block) -> None:
-        self.block, self.cache = block, StructureCache()
-        self.own, self.uses = list(block.x), list(block.uses)
-        self.size, self.rows = len(self.own), len(block.units)
+        self.block: Block = block
+        self.cache: StructureCache = StructureCache()
+        self.own: list[int] = list(block.x)
+        self.uses: list[int] = list(block.uses)
+        self.size: int = len(self.own)
+        self.rows: int = len(block.units)
         self.redundant: bool = block.redundant
-        self.x, self.F = scene.x[self.own], block.residual
+        self.F = block.residual
+        self.x: Sym = scene.x[self.own]
         self.z: Sym = scene.x[self.uses] if self.uses else SX(0, 1)
         self.params: list[int] = scene.held(self.F)[2]
         self.p: Sym = scene.model.p[self.params] if self.params else SX(0, 1)
@@ -230,7 +243,8 @@ class BlockGraph:
         if (
             self.redundant or scene.model.contacts or self.reaches
         ):  # bounds of curves are in the scene's symbols
-            self.q, self.noise = self.p, SX.zeros(self.p.numel())
+            self.q: Sym = self.p
+            self.noise: Sym = SX.zeros(self.p.numel())
             return BlockShape(self.x, self.z, self._u, self.p, self.F, angles)
         found = Equations(self.function, self.p)
         self.q, self.noise = column(found.numbers), column(found.noise)

@@ -55,7 +55,8 @@ class ClosedForm:
     """
 
     def __init__(self, graphs: Graphs, forms: list[BlockForm]) -> None:
-        self.graphs, self.forms = graphs, forms
+        self.graphs: Graphs = graphs
+        self.forms: list[BlockForm] = forms
         self.branches: Booleans = np.array([form.branches for form in forms], bool)
         u, sign = SX.sym("u", graphs.nu), SX.sym("sign", graphs.nb)
         x, _, _, depth = self.symbolic(u, sign)

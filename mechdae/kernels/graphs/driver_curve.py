@@ -44,8 +44,14 @@ class DriverCurve:
         Each switch is the sign of its gap; a gap may hold earlier switches.
     """
 
+    smooth: Sym
+    switches: Sym
+    gaps: Sym
+
     def __init__(self, s: Sym, u: Sym, turns: bool = False) -> None:
-        self.s, self.u, self.turns = s, u, turns
+        self.s: Sym = s
+        self.u: Sym = u
+        self.turns: bool = turns
         self.smooth, self.switches, self.gaps = _without_corners(s, u)
         self._cuts = _cuts(s, u)
         rates = [self.smooth]

@@ -70,18 +70,19 @@ class Kernel:
     gaps: Floats
     numbers: Floats
 
+    cache: StructureCache
+
     def __init__(self, released: Released) -> None:
         self.released = released
-        self.n, self.m = released.x.numel(), released.phi.numel()
+        self.n: int = released.x.numel()
+        self.m: int = released.phi.numel()
         self.slips: int = released.rubbing.count
         self.rubs: int = len(released.rubbing.feedbacks)
         self.inner: int = self.m + self.slips + self.rubs
-        self.t, self.x, self.v, self.signs = (
-            released.t,
-            released.x,
-            released.v,
-            released.signs,
-        )
+        self.t: Sym = released.t
+        self.x: Sym = released.x
+        self.v: Sym = released.v
+        self.signs: Sym = released.signs
         counts = {"sizes": self.n, "gaps": self.m, "eps": self.m, "weights": self.m}
         counts |= {"lock_sizes": self.slips, "widths": self.slips, "closure": 1}
         self.given: dict[str, Sym] = {"p": released.model.p}

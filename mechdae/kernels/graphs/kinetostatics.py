@@ -28,6 +28,7 @@ from mechdae.equations.forces.inertia import inertia, kinetic_energy
 from mechdae.equations.forces.loads import Loads
 from mechdae.equations.forces.mesh_forces import MeshForces
 from mechdae.equations.groups import Group
+from mechdae.equations.model import Model
 from mechdae.equations.reduction import Scene
 from mechdae.kernels.graphs.blocks import column
 from mechdae.kernels.graphs.friction_sizes import (
@@ -97,7 +98,10 @@ class Balance:
         laws: Laws,
         meshes: Mapping[str, MeshForces],
     ) -> None:
-        self.scene, self.model, self.loads, self.laws = scene, scene.model, loads, laws
+        self.scene: Scene = scene
+        self.model: Model = scene.model
+        self.loads: Loads = loads
+        self.laws: Laws = laws
         self.meshes = meshes
         self.columns: list[int] = columns_of(scene)
         owners = {name for group in scene.groups for name in group.joints}
@@ -144,7 +148,7 @@ class Balance:
 
     def _make_columns(self) -> None:
         rows = self.scene.rows
-        self.column = self.model.columns_of(rows)
+        self.column: list[Wrench] = self.model.columns_of(rows)
         for name, mesh in self.meshes.items():
             if mesh.column is not None:
                 for i in self.rows_of.get(name, []):
@@ -465,8 +469,10 @@ class Chain:
     ``left`` is the sum of all that acts: nothing is left of it at the scene's coordinates.
     """
 
-    def __init__(self, lam: dict[int, Any], sizes: Sym, left: Wrench) -> None:
-        self.lam, self.sizes, self.left = lam, sizes, left
+    def __init__(self, lam: dict[int, Sym], sizes: Sym, left: Wrench) -> None:
+        self.lam: dict[int, Sym] = lam
+        self.sizes: Sym = sizes
+        self.left: Wrench = left
         self.start: dict[int, tuple[list[int], list[Any], list[list[Any]]]] = {}
         self.misses: list[Sym] = []
         self.contractions: list[Sym] = []

@@ -78,6 +78,9 @@ class PoseGraphs:
         The first unknown of each block; a block's unknowns follow one another in x.
     """
 
+    low: Sym
+    high: Sym
+
     def __init__(
         self,
         scene: Scene,
@@ -86,17 +89,25 @@ class PoseGraphs:
         course: DriverCurve | None = None,
         lines: bool = False,
     ) -> None:
-        self.scene, self.outputs, self.derivatives = scene, outputs, derivatives
+        self.scene: Scene = scene
+        self.outputs: Sym = outputs
+        self.derivatives: int = derivatives
         self.course = course
         self.cache: StructureCache = StructureCache()
         self.blocks: list[BlockGraph] = [BlockGraph(scene, block) for block in scene.blocks]
-        self.nx, self.nu, self.nb = scene.x.numel(), scene.u.numel(), len(self.blocks)
+        self.nx: int = scene.x.numel()
+        self.nu: int = scene.u.numel()
+        self.nb: int = len(self.blocks)
         self.first: list[int] = [graph.own[0] for graph in self.blocks]
-        self.np, self.ny = scene.model.p.numel(), outputs.numel()
+        self.np: int = scene.model.p.numel()
+        self.ny: int = outputs.numel()
         self.single: bool = self.nu == 1 and course is None and not lines
-        self.x, self.u, self.p = SX.sym("x", self.nx), SX.sym("u", self.nu), scene.model.p
+        self.x: Sym = SX.sym("x", self.nx)
+        self.u: Sym = SX.sym("u", self.nu)
+        self.p: Sym = scene.model.p
         self.scale: Sym = SX.sym("scale")
-        self.kappa, self.rho = SX.sym("kappa", self.nb), SX.sym("rho", self.nb)
+        self.kappa: Sym = SX.sym("kappa", self.nb)
+        self.rho: Sym = SX.sym("rho", self.nb)
         self.grain: Sym = SX.sym("grain", self.nx)
         owners = {name for group in scene.groups for name in group.joints}
         self.contacts: list[Contact] = [

@@ -79,8 +79,11 @@ class RowReaches:
     def __init__(
         self, scene: Scene, values: Sym, reaches: Sequence[WayProducts | None], moving: list[Sym]
     ) -> None:
-        self.scene, self.values, self.moving = scene, ca.densify(values), moving
-        self.y, self.p = ca.vertcat(*moving), scene.model.p
+        self.values: Sym = ca.densify(values)
+        self.scene: Scene = scene
+        self.moving: list[Sym] = moving
+        self.y: Sym = ca.vertcat(*moving)
+        self.p: Sym = scene.model.p
         self.ends: list[int] = [0, *_ends(moving)]
         self.straight: dict[int, tuple[Sym, Sym, Sym]] = {}
         """Coordinates by their hash: expression, slope by y, what is left at y = 0."""
@@ -174,7 +177,7 @@ class BoundsWithin:
 
     def __init__(self, rows: RowReaches, size: Sym, whole: bool) -> None:
         self.rows, self.size, self.whole = rows, size, whole
-        self.sizes = ca.vertsplit(size, rows.ends)
+        self.sizes: list[Sym] = ca.vertsplit(size, rows.ends)
         self.n: int = size.numel()
         self._solved: dict[int, Reached] = {}
 

@@ -148,7 +148,8 @@ class Layout:
     """
 
     def __init__(self, n: int, works: int, sized: int = 0) -> None:
-        self.n, self.works = n, works
+        self.n: int = n
+        self.works: int = works
         place = 0
         self._slices: dict[str, slice] = {}
         for name, size in (
@@ -187,7 +188,8 @@ class Stepper:
     def __init__(
         self, kernel: Kernel, powers: Sym, acceleration: Sym, sizes: Sym | None = None
     ) -> None:
-        self.kernel, self.n = kernel, kernel.n
+        self.kernel: Kernel = kernel
+        self.n: int = kernel.n
         self.works: int = powers.numel()
         self.layout: Layout = Layout(self.n, self.works, kernel.rubs)
         self.sized: int = kernel.rubs

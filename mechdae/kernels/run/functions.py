@@ -161,7 +161,8 @@ class StepChain:
     """Calls ``advance(state, [s, ds], consts)`` many times, each from the state before."""
 
     def __init__(self, advance: Graph, count: int) -> None:
-        self.advance, self.count = advance, count
+        self.advance: Graph = advance
+        self.count: int = count
         self._threads = threading.local()
 
     @cached_property
@@ -255,7 +256,8 @@ class Batch:
         self.shared: set[int] = set(shared)
         self.rows_in: list[int] = [function.size1_in(i) for i in range(function.n_in())]
         self.rows_out: list[int] = [function.size1_out(i) for i in range(function.n_out())]
-        self.limit, self.many = chunk, many
+        self.limit: int = chunk
+        self.many: int = many
         self._kept = straight
         self.lines: list[NumpyFunction | None] = []
         self._programs: list[Any] = []

@@ -73,7 +73,8 @@ class PoseLine:
     places: dict[tuple[int, int], Place]
 
     def __init__(self, function: Graph, shared: Sequence[int] = ()) -> None:
-        self.function, self.shared = function, set(shared)
+        self.function: Graph = function
+        self.shared: set[int] = set(shared)
 
     @cached_property
     def results(self) -> list[tuple[int, int]]:

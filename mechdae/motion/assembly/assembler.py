@@ -29,6 +29,7 @@ from mechdae.motion.setup.drivers import Sketch
 from mechdae.types import Floats, Jacobian, Sym, Unknowns
 
 if TYPE_CHECKING:
+    from mechdae.equations.reduction import Scene
     from mechdae.motion.assembly.group_search import GroupSearch
     from mechdae.motion.assembly.mode_tree import ModeTree
 
@@ -45,7 +46,8 @@ class Assembler:
     """
 
     def __init__(self, graphs: Graphs, sketch: Sketch) -> None:
-        self.graphs, self.scene = graphs, graphs.scene
+        self.graphs: Graphs = graphs
+        self.scene: Scene = graphs.scene
         inside = {GROUND, *(name for group in self.scene.groups for name in group.bodies)}
         joints = self.scene.model.mechanism.joints
         self.sketch: dict[str, float] = dict(sketch.angles)

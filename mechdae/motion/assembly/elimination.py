@@ -88,6 +88,8 @@ class BlockSolver(OtherForms):
     `size` is a length of the mechanism [m], `slopes` what `angle_slopes` returns.
     """
 
+    constant: list[list[bool]]
+
     def __init__(
         self,
         scene: Scene,
@@ -96,8 +98,12 @@ class BlockSolver(OtherForms):
         size: float,
         slopes: dict[int, list[float]],
     ) -> None:
-        self.graph, self.p, self.n, self.size = graph, p[graph.params], graph.size, size
-        self.values, self.scene = p, scene
+        self.graph: BlockGraph = graph
+        self.p: Floats = p[graph.params]
+        self.n: int = graph.size
+        self.size: float = size
+        self.values: Floats = p
+        self.scene: Scene = scene
         self.angle: list[bool] = [scene.unknowns[i].kind is ANGLE for i in graph.own]
         self.constant, self._F, self._batch = graph.cache("eliminate", lambda: _equations(graph))
         self.linear: bool = all(all(row) for row in self.constant)

@@ -7,6 +7,7 @@ it is a pose but for rounding.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -27,7 +28,10 @@ from mechdae.numerics.null_space import dependent
 from mechdae.types import Floats, Json, Unknowns
 
 if TYPE_CHECKING:
+    from mechdae.equations.reduction import Scene
+    from mechdae.kernels.graphs.blocks import BlockGraph
     from mechdae.motion.assembly.multistart import BlockSearch, BlockSolutions
+    from mechdae.motion.assembly.turns.block_turns import BlockTurns
     from mechdae.motion.cases.larger_groups.rigid_parts import GroupPoses
 
 REMEMBERED = 15
@@ -57,10 +61,13 @@ class GroupSearch:
     """
 
     def __init__(self, assembler: SketchedAssembling) -> None:
-        self.assembler, self.scene = assembler, assembler.scene
-        self.p, self.size = assembler.p, assembler.size
-        self.blocks, self.turns = assembler.graphs.blocks, assembler.turns
-        self.blocks_of = assembler.blocks_of
+        self.assembler: SketchedAssembling = assembler
+        self.scene: Scene = assembler.scene
+        self.p: Floats = assembler.p
+        self.size: float = assembler.size
+        self.blocks: list[BlockGraph] = assembler.graphs.blocks
+        self.turns: BlockTurns = assembler.turns
+        self.blocks_of: Callable[[Group], list[int]] = assembler.blocks_of
         self.by_paths = False
         self._ways: dict[tuple[int, bool], tuple[Any, ...]] = {}
         self.counted: dict[int, list[GroupPoses]] = {}
@@ -340,8 +347,14 @@ class OtherPoses:
         self, search: GroupSearch, group: Group, x: Floats, u: Floats, nearby: bool, searched: bool,
         measured: bool, drawn: bool,
     ) -> None:  # fmt: skip
-        self.search, self.group, self.x, self.u = search, group, x, u
-        self.nearby, self.searched, self.measured, self.drawn = nearby, searched, measured, drawn
+        self.search: GroupSearch = search
+        self.group: Group = group
+        self.x: Floats = x
+        self.u: Floats = u
+        self.nearby: bool = nearby
+        self.searched: bool = searched
+        self.measured: bool = measured
+        self.drawn: bool = drawn
         self.answer: tuple[list[Floats], bool, NoPose | None] | None = None
         self.failure: NoPose | None = None
         self.proven: bool = True

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import casadi as ca
 import numpy as np
 
@@ -10,6 +12,12 @@ from mechdae.equations.space import PLANE
 from mechdae.kernels.run.functions import local
 from mechdae.motion.assembly.choosers import Assembling
 from mechdae.types import Floats, Sym, Unknowns
+
+if TYPE_CHECKING:
+    from mechdae.equations.reduction import Scene
+    from mechdae.kernels.graphs.blocks import BlockGraph
+    from mechdae.motion.assembly.elimination import BlockSolver
+    from mechdae.motion.assembly.turns.block_turns import BlockTurns
 
 
 class ModeLabels:
@@ -22,9 +30,12 @@ class ModeLabels:
     """
 
     def __init__(self, assembler: Assembling) -> None:
-        self.assembler, self.scene = assembler, assembler.scene
-        self.graphs, self.solvers = assembler.graphs.blocks, assembler.solvers
-        self.turns, self.p = assembler.turns, assembler.p
+        self.assembler: Assembling = assembler
+        self.scene: Scene = assembler.scene
+        self.graphs: list[BlockGraph] = assembler.graphs.blocks
+        self.solvers: list[BlockSolver] = assembler.solvers
+        self.turns: BlockTurns = assembler.turns
+        self.p: Floats = assembler.p
 
     def sign(self, group: Group, x: Unknowns, u: Floats) -> str:
         """Return + or -: orientation of the triangle of an RRR dyad, else sign of the Jacobian.

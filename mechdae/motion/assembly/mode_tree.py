@@ -11,7 +11,7 @@ import itertools
 import math
 from collections.abc import Iterator, Sequence
 from functools import cached_property
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 import casadi as ca
 import numpy as np
@@ -25,6 +25,9 @@ from mechdae.motion.assembly.mode_labels import ModeLabels
 from mechdae.motion.assembly.nearest_mode import Sketched
 from mechdae.records import dataclass
 from mechdae.types import Floats
+
+if TYPE_CHECKING:
+    from mechdae.equations.reduction import Scene
 
 MOST_SOLVED = 100_000
 """Groups that are solved for the poses of earlier ones before the count is given up."""
@@ -110,8 +113,13 @@ class ModeTree:
         The groups depend on each other so that there are too many to be counted.
     """
 
+    needs: list[set[int]]
+    held: list[list[int]]
+
     def __init__(self, assembler: ModeAssembling, u: Floats) -> None:
-        self.assembler, self.scene, self.u = assembler, assembler.scene, u
+        self.assembler: ModeAssembling = assembler
+        self.scene: Scene = assembler.scene
+        self.u: Floats = u
         self.groups: list[Group] = self.scene.groups
         self.own: list[list[int]] = [
             [i for b in assembler.blocks_of(group) for i in assembler.graphs.blocks[b].own]
@@ -127,7 +135,9 @@ class ModeTree:
         self.count: int = (
             0 if self.root is None else math.prod(choice.count for choice in self.root)
         )
-        self.failure = None if self.count or self._failed is None else self._failed[1]
+        self.failure: NoPose | None = (
+            None if self.count or self._failed is None else self._failed[1]
+        )
 
     def _start(self) -> Floats:
         return np.zeros(self.assembler.graphs.nx)

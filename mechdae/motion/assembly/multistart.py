@@ -80,10 +80,13 @@ class BlockSearch:
 
     def __init__(self, solver: BlockSolver, sizes: Floats, lattice: SingleTurns) -> None:
         graph = solver.graph
-        self.solver, self.n, self.lattice = solver, graph.size, lattice
+        self.solver: BlockSolver = solver
+        self.n: int = graph.size
+        self.lattice: SingleTurns = lattice
         self.function: Batch = graph.cache("search", self._equations)
         angle = np.array(solver.angle, bool)
-        self.lengths, self.turning = np.flatnonzero(~angle), angle
+        self.lengths: Integers = np.flatnonzero(~angle)
+        self.turning: Booleans = angle
         columns = ca.vec(graph.J[:, self.lengths.tolist()])
         bent = ca.jacobian(columns, graph.x)[:, self.lengths.tolist()].nnz() > 0
         self.fitted: Integers = self.lengths[:0] if bent else self.lengths

@@ -121,7 +121,8 @@ class Sketched:
     """
 
     def __init__(self, assembler: Assembling) -> None:
-        self.assembler, self.scene = assembler, assembler.scene
+        self.assembler: Assembling = assembler
+        self.scene: Scene = assembler.scene
         self.groups: list[Group] = self.scene.groups
         self.stage: dict[str, int] = {
             body: k for k, group in enumerate(self.groups) for body in group.bodies

@@ -76,8 +76,11 @@ class AnyPath(ABC):
     def __init__(
         self, graphs: Graphs, constants: Constants, whole: Floats, largest: float, counts: Counts
     ) -> None:
-        self.graphs, self.constants, self.whole = graphs, constants, whole
-        self.largest, self.counts = largest, counts
+        self.graphs: Graphs = graphs
+        self.constants: Constants = constants
+        self.whole: Floats = whole
+        self.largest: float = largest
+        self.counts: Counts = counts
         self.far: Floats = np.where(graphs.scene.unknowns.lengths, FAR * constants.scale, np.inf)
         self.groups: list[int] = [group.index for group in graphs.scene.groups]
         self.block_group: list[int] = [graph.block.group for graph in graphs.blocks]

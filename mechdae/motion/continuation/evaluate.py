@@ -79,7 +79,8 @@ class Evaluator(BeyondEnds):
     """
 
     def __init__(self, graphs: Graphs, outputs: Outputs) -> None:
-        self.graphs, self.outputs = graphs, outputs
+        self.graphs: Graphs = graphs
+        self.outputs: Outputs = outputs
         self.pose: Batch = graphs.cache("poses", lambda: _poses_of(graphs)).counting()
         self.groups: list[int] = [group.index for group in graphs.scene.groups]
         self.place: dict[int, int] = {index: j for j, index in enumerate(self.groups)}

@@ -42,7 +42,9 @@ class Front:
     """
 
     def __init__(self, path: Path, up: bool) -> None:
-        self.path, self.up, self.sense = path, up, 1.0 if up else -1.0
+        self.path: Path = path
+        self.up: bool = up
+        self.sense: float = 1.0 if up else -1.0
         ends = {i: reach.high if up else reach.low for i, reach in path.reach.items()}
         self.ended: set[int] = {i for i, end in ends.items() if end}
         self.alive: Booleans = path.alive(self.ended)

@@ -66,7 +66,8 @@ class Legs(AnyPath):
         nothing = np.zeros(corners.shape[1])
         whole = np.concatenate([constants.consts, corners[0], nothing])
         super().__init__(graphs, constants, whole, 1.0, Counts())
-        self.corners, self.scales = corners, scales
+        self.corners: Floats = corners
+        self.scales: Floats = scales
         self.directions: Floats = np.diff(corners, axis=0)
         self.leg: Path = Path(graphs, constants, corners[0], nothing, 1.0, self.counts, within=True)
         self.ended: set[int] = set()

@@ -112,9 +112,15 @@ class LimitFinder:
     def __init__(
         self, graphs: Graphs, whole: Floats, constants: Constants, drivers: object, unit: float
     ) -> None:
-        self.graphs, self.whole, self.drivers = graphs, whole, drivers
-        self.p, self.mu, self.unit, scale = constants.p, constants.mu, unit, constants.scale
-        self.scale, self.sizes = scale, graphs.scene.unknowns.sizes(scale)
+        self.graphs: Graphs = graphs
+        self.whole: Floats = whole
+        self.drivers: object = drivers
+        scale = constants.scale
+        self.p: Floats = constants.p
+        self.mu: Floats = constants.mu
+        self.unit: float = unit
+        self.scale: float = scale
+        self.sizes: Floats = graphs.scene.unknowns.sizes(scale)
         self.weights: list[Floats] = graphs.units(scale, self.p)[0]
 
     def chain(self, b: int) -> tuple[list[int], list[int]]:

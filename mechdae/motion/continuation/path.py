@@ -22,6 +22,7 @@ from mechdae.records import dataclass
 from mechdae.types import Booleans, Floats, Matrix, Unknowns
 
 if TYPE_CHECKING:
+    from mechdae.motion.cases.hard_steps.crossings.across_change_point import Zone
     from mechdae.motion.cases.hard_steps.finders import Finders
     from mechdae.motion.cases.hard_steps.quintic_steps import QuinticSteps
 
@@ -104,7 +105,10 @@ class Path(AnyPath):
     ) -> None:
         whole = np.concatenate([constants.consts, u0, d])
         super().__init__(graphs, constants, whole, largest, counts or Counts())
-        self.u0, self.d, self.within, self.on_change_point = u0, d, within, "continue"
+        self.u0: Floats = u0
+        self.d: Floats = d
+        self.within: bool = within
+        self.on_change_point: str = "continue"
         self._one, self._place = graphs.cache("step", lambda: Call(graphs.advance)), np.zeros(2)
         self.tries: Tries = Tries()
         self._arrays: tuple[Floats, Floats, Floats, Floats] | None = None
@@ -162,7 +166,8 @@ class Path(AnyPath):
     def begin(self, x: Unknowns, s: float) -> None:
         """Put the first node: a solved pose `x` (nx,) at `s`."""
         g = self.graphs
-        self.origin, self.began = (s, x), s
+        self.origin: tuple[float, Floats] = (s, x)
+        self.began: float = s
         start = np.concatenate([x, np.zeros(2 * g.nx + g.nb)])
         state, _, det, _ = self.step(start, s, 0.0)
         state[: g.nx] = np.where(np.isfinite(state[: g.nx]), state[: g.nx], x)  # singular pose
@@ -182,11 +187,13 @@ class Path(AnyPath):
 
     def redirect(self, u0: Floats, d: Floats, largest: float) -> None:
         """Use the path for another line u = u0 + s d; it then begins again."""
-        self.u0, self.d, self.largest = u0, d, largest
+        self.u0, self.d = u0, d
+        self.largest: float = largest
         self.whole[-2 * len(d) :] = np.concatenate([u0, d])
         self.reach: dict[int, Reach] = {index: Reach() for index in self.groups}
         self.__dict__.pop("finders", None)
-        self.zones, self.flips = [], [[] for _ in self.graphs.blocks]
+        self.flips = [[] for _ in self.graphs.blocks]
+        self.zones: list[Zone] = []
         if self.curves is not None:
             self.curves.restart()
         self.tries = Tries()

@@ -75,7 +75,9 @@ class Expansion:
     """
 
     def __init__(self, graphs: Graphs, constants: Constants, sizes: Floats) -> None:
-        self.graphs, self.constants, self.sizes = graphs, constants, sizes
+        self.graphs: Graphs = graphs
+        self.constants: Constants = constants
+        self.sizes: Floats = sizes
         self._bounds: dict[int, tuple[Any, Any, Any, Any]] = {}
         self._numbers: dict[int, Any] = {}
 

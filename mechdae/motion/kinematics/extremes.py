@@ -35,6 +35,9 @@ class Spans:
     ``later`` is read, from the nodes that the path has now.
     """
 
+    evaluations: int
+    refined: int
+
     def __init__(
         self,
         evaluator: Evaluator,

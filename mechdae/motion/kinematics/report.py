@@ -122,7 +122,7 @@ def report(problem: Problem, name: str, task: Sweep, setting: Setting, run: Run)
 def _work(setting: Setting, run: Run) -> LazyPart:
     """Return what the poses cost, with what is still to be computed when it is read."""
     counts, evaluator, spans = run.path.counts, run.evaluator, run.spans
-    work = {
+    work: Json = {
         "unknowns": setting.graphs.nx,
         "blocks": [graph.size for graph in setting.graphs.blocks],
         "path_steps": counts.steps,

@@ -86,8 +86,12 @@ class Track:
         scale: float,
         turns: list[int],
     ) -> None:
-        self.evaluator, self.path, self.is_angle, self.scale = evaluator, path, is_angle, scale
-        self.low, self.high = float(np.min(values)), float(np.max(values))
+        self.evaluator: Evaluator = evaluator
+        self.path: Path = path
+        self.is_angle: bool = is_angle
+        self.scale: float = scale
+        self.low: float = float(np.min(values))
+        self.high: float = float(np.max(values))
         self.sense: float = 1.0 if len(values) < 2 or values[-1] >= values[0] else -1.0
         self.unit: float = 1.0 if is_angle else scale
         self.turns = turns

@@ -75,7 +75,9 @@ class NamedOutputs:
         time: bool,
         driven: Collection[str] | None = None,
     ) -> None:
-        self.model, self.derivatives, self.cache = model, derivatives, StructureCache()
+        self.model: Model = model
+        self.derivatives: int = derivatives
+        self.cache: StructureCache = StructureCache()
         self.notes: list[str] = []
         self.rates: dict[str, int] = {}
         self.forced: dict[str, list[str]] = {}

@@ -90,7 +90,7 @@ class Outputs:
         for key, expression, bodies in hidden:
             self._add("hidden", key, ("value", expression, ()), bodies)
         stacked = ca.vertcat(*self._scalars) if self._scalars else ca.SX(0, 1)
-        self.expression = ca.densify(self._one_place(scene.expression(stacked)))
+        self.expression: Sym = ca.densify(self._one_place(scene.expression(stacked)))
         scene.keep_reaches(self.expression.elements(), self._reaches)
 
     def _one_place(self, expression: Sym) -> Sym:

@@ -46,6 +46,12 @@ class Constants:
         pieces of a curve to join smoothly.
     """
 
+    floors: Floats
+    measured: bool
+    kappa: Floats
+    rho: Floats
+    mu: Floats
+
     def __init__(
         self,
         graphs: Graphs,
@@ -66,7 +72,8 @@ class Constants:
             for i, contact in own_parameters(graphs.scene).items():
                 turned_by = (4 * np.pi + 2 * largest) if contact.closed else 0.2 * np.pi
                 size_x[i] = max(map(abs, contact.range)) + turned_by * contact.unit
-        self.size_x, self.size_u = np.asarray(size_x, float), np.abs(np.asarray(size_u, float))
+        self.size_x: Floats = np.asarray(size_x, float)
+        self.size_u: Floats = np.abs(np.asarray(size_u, float))
         self.boxes: tuple[Floats, Floats] = boxes_of(graphs)
         self.floors, self.measured = self._floors(measured)
         self.estimated: bool = self.measured or (bool(graphs.contacts) and graphs.floors.pieces)

@@ -26,7 +26,9 @@ class Phrases:
         table = phrases(paper)
         if lang not in table:
             raise UnknownName("language", lang, list(table))
-        self.lang, self._table, self.units = lang, table[lang], units
+        self._table = table[lang]
+        self.lang: str = lang
+        self.units: Units = units
 
     def __call__(self, key: str, *values: object) -> str:
         return self._table[key].format(*values)

@@ -19,7 +19,11 @@ RELATIVE = (*TURNS, "slide", "x", "y", "length")
 """Coordinates of joints in space, angles first."""
 SLIDE = ("slide", "slide_velocity", "slide_acceleration")
 ANGLE = ("angle", "angular_velocity", "angular_acceleration")
-SIZED = {"bodies": ANGLE[1:], "joints": SLIDE[1:], "points": ("velocity", "acceleration")}
+SIZED: dict[str, tuple[str, ...]] = {
+    "bodies": ANGLE[1:],
+    "joints": SLIDE[1:],
+    "points": ("velocity", "acceleration"),
+}
 """Rates whose largest sizes tell what of them is rounding."""
 
 

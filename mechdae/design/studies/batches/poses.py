@@ -81,7 +81,9 @@ class LaneNodes:
         self._enter(lanes[order], s[order], states.reshape(len(s), 3, nx), count)
 
     def _enter(self, lanes: Integers, s: Floats, states: Matrices, count: int) -> None:
-        self.lanes, self.s, self.states = lanes, s, states
+        self.lanes: Integers = lanes
+        self.s: Floats = s
+        self.states: Matrices = states
         self.first: Integers = np.searchsorted(lanes, np.arange(count + 1))
         self.count: Integers = np.diff(self.first)
         h = np.diff(s, append=0.0)

@@ -21,7 +21,10 @@ MEASURES = {
     "time_ratio": "time-ratio", "return_angle": "time-ratio", "curve": "curve",
 }  # fmt: skip
 """Entries of the summary that are computed for many sets at once, and the measures they are of."""
-FACTS = {"transmission": ("min", "at", "max", "max_at"), "curve": ("length", "area", "closed")}
+FACTS: dict[str, tuple[str, ...]] = {
+    "transmission": ("min", "at", "max", "max_at"),
+    "curve": ("length", "area", "closed"),
+}
 """Numbers of an entry."""
 ENDS = ("min", "max")
 

@@ -138,7 +138,8 @@ class PathConditions:
     """Rows of k points with 9 - k given dimensions, a family of equations."""
 
     def __init__(self, count: int, given: Iterable[str] = ()) -> None:
-        self.count, self.given = count, tuple(name for name in NAMES if name in set(given))
+        self.count: int = count
+        self.given: tuple[str, ...] = tuple(name for name in NAMES if name in set(given))
         if len(self.given) != DIMENSIONS - count:
             raise ValueError(f"{count} points and {len(self.given)} dimensions")
         self.long: bool = bool({"along", "across"} & set(self.given))

@@ -65,7 +65,7 @@ class Goal:
     asked: Any
     bounds: tuple[float, float] | None = None
     between_nodes = True
-    unit = 1.0
+    unit: float = 1.0
     sense = 1
     exact = False
     space: DesignSpace

@@ -35,7 +35,8 @@ class Deviations:
     """
 
     def __init__(self, poses: FreePoses, tolerances: Mapping[str, float], factor: float) -> None:
-        self.poses, self.factor = poses, factor
+        self.poses: FreePoses = poses
+        self.factor: float = factor
         self.names: list[str] = list(tolerances)
         self.sigmas: Floats = np.array(list(tolerances.values())) / np.sqrt(3)
         self.others: list[str] = [name for name in self.names if name not in poses.free]

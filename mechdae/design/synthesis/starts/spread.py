@@ -21,6 +21,8 @@ from mechdae.types import Booleans, Floats, Integers, Matrix, Unknowns
 if TYPE_CHECKING:
     from numpy.random import Generator
 
+    from mechdae.design.synthesis.poses import FreePoses
+
 
 SX = ca.SX
 FIRST, NEXT = 14, 4
@@ -39,7 +41,8 @@ class Spread:
     """Random designs of a mechanism with their poses."""
 
     def __init__(self, space: DesignSpace) -> None:
-        self.space, self.poses = space, space.poses
+        self.space: DesignSpace = space
+        self.poses: FreePoses = space.poses
 
     @cached_property
     def newton(self) -> Batch:

@@ -44,7 +44,8 @@ class SingleTurns:
     """
 
     def __init__(self, angles: Sequence[bool]) -> None:
-        self.size, self.single = len(angles), list(angles)
+        self.size: int = len(angles)
+        self.single: list[bool] = list(angles)
         self.basis: Floats = np.eye(self.size)[list(angles)]
         self._each = np.array(angles, float)
 
@@ -88,7 +89,9 @@ class WholeTurns:
     """Sketched bodies whose unwrapped angles are in an equation."""
 
     def __init__(self, scene: Scene, angles: Mapping[str, float], p: Floats) -> None:
-        self.scene, self.angles, self.p = scene, angles, p
+        self.scene: Scene = scene
+        self.angles: Mapping[str, float] = angles
+        self.p: Floats = p
 
     def lattices(
         self, blocks: list[list[int]], solvers: Sequence[BlockSolver]
@@ -160,8 +163,11 @@ class BlockTurns:
         self, scene: Scene, graphs: Sequence[BlockGraph], solvers: Sequence[BlockSolver],
         sketch: Mapping[str, float], places: Mapping[NamedCoordinate, float], natural: Floats,
     ) -> None:  # fmt: skip
-        self.scene, self.graphs, self.solvers = scene, graphs, solvers
-        self.sketch, self.natural = sketch, natural
+        self.scene: Scene = scene
+        self.graphs: Sequence[BlockGraph] = graphs
+        self.solvers: Sequence[BlockSolver] = solvers
+        self.sketch: Mapping[str, float] = sketch
+        self.natural: Floats = natural
         self._on_curves = {c.part: value for c, value in places.items() if c.on_curve}
         make = next(iter(scene.cases("whole turns")), WholeTurns)
         self.whole: WholeTurns = make(scene, sketch, scene.model.p_values)

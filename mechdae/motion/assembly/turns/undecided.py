@@ -73,8 +73,10 @@ class Undecided:
 
     def __init__(self, sketched: Saying, tie: float) -> None:
         self.tie = tie
-        self.sketched, self.assembler = sketched, sketched.assembler
-        self.scene, self.groups = sketched.scene, sketched.groups
+        self.sketched: Saying = sketched
+        self.assembler: BlocksOfGroups = sketched.assembler
+        self.scene: Scene = sketched.scene
+        self.groups: list[Group] = sketched.groups
 
     def meant(
         self, part: list[int], near: list[Floats], u: Floats

@@ -55,7 +55,8 @@ class CurveEnds:
     """
 
     def __init__(self, graphs: Graphs, p: Floats) -> None:
-        self.graphs, self.p = graphs, p
+        self.graphs: Graphs = graphs
+        self.p: Floats = p
         owner = {name: group.index for group in graphs.scene.groups for name in group.joints}
         self.groups: list[int] = sorted({owner[contact.joint.name] for contact in graphs.contacts})
         self.open: list[Contact] = [contact for contact in graphs.contacts if not contact.closed]

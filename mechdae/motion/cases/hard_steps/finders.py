@@ -11,13 +11,15 @@ from mechdae.motion.cases.hard_steps.fold_approach import FoldApproach
 from mechdae.motion.continuation.any_path import AnyPath
 from mechdae.motion.continuation.limit_positions import LimitFinder
 from mechdae.motion.continuation.series_steps import Expansion
+from mechdae.types import Floats
 
 
 class Finders:
     """The finders of one path; `step` leads it from one node to the next."""
 
-    def __init__(self, path: AnyPath, step: Callable[..., object]) -> None:
-        self.path, self.step = path, step
+    def __init__(self, path: AnyPath, step: Callable[..., tuple[Floats, ...]]) -> None:
+        self.path: AnyPath = path
+        self.step: Callable[..., tuple[Floats, ...]] = step
 
     @cached_property
     def patience(self) -> float:

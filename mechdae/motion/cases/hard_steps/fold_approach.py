@@ -101,10 +101,14 @@ class FoldApproach:
         graphs: Graphs,
         constants: Constants,
         finder: LimitFinder,
-        motion: Callable[[float], list[Any]],
+        motion: Callable[[float], list[Floats]],
     ) -> None:
-        self.graphs, self.finder, self.motion = graphs, finder, motion
-        self.constants, self.consts, self.kappa = constants, constants.consts, constants.kappa
+        self.graphs: Graphs = graphs
+        self.finder: LimitFinder = finder
+        self.motion: Callable[[float], list[Floats]] = motion
+        self.constants: Constants = constants
+        self.consts: Floats = constants.consts
+        self.kappa: Floats = constants.kappa
 
     def lead(self, limit: Limit, s: float, x: Unknowns, blocks: Iterable[int]) -> Limit | None:
         """Return a fold with later `blocks` where the pose `x` at `s` leads them.

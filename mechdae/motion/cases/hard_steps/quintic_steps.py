@@ -58,7 +58,8 @@ class QuinticSteps:
     """
 
     def __init__(self, graphs: Graphs, constants: Constants) -> None:
-        self.graphs, self.constants = graphs, constants
+        self.graphs: Graphs = graphs
+        self.constants: Constants = constants
         self.kinds: tuple[Kind, ...] | None = graphs.cache("quintic kinds", lambda: _kinds(graphs))
         self._numbers: tuple[list[Floats], list[Floats], Floats] | None = None
 

@@ -23,7 +23,7 @@ from mechdae.motion.setup.scales import Constants
 from mechdae.types import Booleans, Floats, Unknowns
 
 if TYPE_CHECKING:
-    from mechdae.equations.reduction import Check
+    from mechdae.equations.reduction import Check, Scene
 
 UNITS = {"m": "length", "rad": "angle", "1": "parameter"}
 
@@ -38,7 +38,8 @@ class Closing:
     """
 
     def __init__(self, graphs: Graphs) -> None:
-        self.graphs, self.scene = graphs, graphs.scene
+        self.graphs: Graphs = graphs
+        self.scene: Scene = graphs.scene
         self.checks: list[Check] = self.scene.checks
         self.blocks: list[int] = [b for b, graph in enumerate(graphs.blocks) if graph.redundant]
         groups = [group.index for group in self.scene.groups]

@@ -9,6 +9,7 @@ import itertools
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -18,6 +19,9 @@ from mechdae.describe.mechanism import MOMENTS
 from mechdae.errors import UnavailableError
 from mechdae.tasks import ExportedMotion, reported
 from mechdae.types import Floats
+
+if TYPE_CHECKING:
+    from mechdae.describe.table import Table
 
 Z = np.array([0.0, 0.0, 1.0])
 
@@ -97,7 +101,8 @@ class Described:
     """A mechanism's points, axes and masses as numbers in space."""
 
     def __init__(self, mechanism: Mechanism) -> None:
-        self.mechanism, self.values = mechanism, mechanism.values()
+        self.mechanism: Mechanism = mechanism
+        self.values: Table[float] = mechanism.values()
 
     def local(self, reference: str) -> Floats:
         """Return a point in the frame of its body (3,)."""

@@ -71,7 +71,8 @@ class BalanceOfLinks(ABC):
     """Components of a force."""
 
     def __init__(self, subject: Subject) -> None:
-        self.subject, self.pose = subject, subject.pose
+        self.subject: Subject = subject
+        self.pose: int = subject.pose
         self.mechanism: Mechanism = subject.scene.mechanism
 
     # -- what differs between plane and space ----------------------------------------------

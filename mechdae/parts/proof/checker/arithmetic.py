@@ -133,7 +133,8 @@ class Dual(RingElement):
     """A value v with its derivatives d by the unknowns it depends on, by their indices."""
 
     def __init__(self, v: arb, d: dict[int, arb]) -> None:
-        self.v, self.d = v, d
+        self.v: arb = v
+        self.d: dict[int, arb] = d
 
     def __add__(self, other: Value) -> Dual:
         if not isinstance(other, Dual):

@@ -47,14 +47,17 @@ class ClaimedMechanism(ABC):
                 for name, numbers in field(data["bodies"], body, dict, place).items()
             }
         joints = field(data, "joints", dict, at)
-        self.joints = {name: self._joint(joints[name], f"{at}/joints/{name}") for name in joints}
-        self.drivers = field(data, "drivers", dict, at)
+        self.joints: dict[str, Json] = {
+            name: self._joint(joints[name], f"{at}/joints/{name}") for name in joints
+        }
+        self.drivers: Json = field(data, "drivers", dict, at)
         self.off: float = 0.0
         """How far redundant equations are off at most, of all poses looked at."""
 
     def _number_names(self, names: list[tuple[str, str]], lengths: str) -> None:
         """Set the coordinates, of which words among `lengths` are as large as the mechanism."""
-        self.names, self.n = names, len(names)
+        self.names = names
+        self.n: int = len(names)
         self.at: dict[tuple[str, str], int] = {key: k for k, key in enumerate(names)}
         self.scale = [self.size if word in lengths.split() else 1.0 for _, word in names] + [1.0]
 

@@ -29,7 +29,11 @@ class PlanarFrame:
     """Origin and unwrapped angle of a body, cosine and sine of the angle."""
 
     def __init__(self, x: Value, y: Value, angle: Value) -> None:
-        self.x, self.y, self.angle, self.cos, self.sin = x, y, angle, angle.cos(), angle.sin()
+        self.x: Value = x
+        self.y: Value = y
+        self.angle: Value = angle
+        self.cos: Value = angle.cos()
+        self.sin: Value = angle.sin()
 
     def rotated(self, a: Value, b: Value) -> tuple[Value, Value]:
         return self.cos * a - self.sin * b, self.sin * a + self.cos * b
@@ -65,7 +69,7 @@ class PlanarMechanism(ClaimedMechanism):
         ]
         names = [(body, word) for body in self.bodies for word in self.words]
         self._number_names(names + contacts, "x y")
-        self.counted = self.joints
+        self.counted: dict[str, Json] = self.joints
         """Joints by which poses are counted."""
         need(len(self.bodies) <= MOST_BODIES, at, f"over {MOST_BODIES} bodies")
         if square:

@@ -108,7 +108,7 @@ class SpatialMechanism(ClaimedMechanism):
         names = [(body, word) for body in self.points for word in self._words(body)]
         names += [(name, word) for name, j in self.joints.items() for word in j["unknown"]]
         self._number_names(names, "x y z length")
-        self.sums = {
+        self.sums: dict[str, dict[str, arb]] = {
             name: {term: exact(v, f"{at}/sums/{name}") for term, v in terms.items()}
             for name, terms in data.get("sums", {}).items()
         }

@@ -98,7 +98,8 @@ class ClosedMotion(PlanarMechanism):
 
     def _leave_out(self, place: str) -> None:
         """Set the joints that poses are counted by: those of the equations that are kept."""
-        self.counted, row = dict(self.joints), 0
+        row = 0
+        self.counted: dict[str, Json] = dict(self.joints)
         for name, joint in self.joints.items():
             count = EQUATIONS.get(joint["kind"], 1)
             left = len(self.left_out & {*range(row, row + count)})

@@ -8,7 +8,7 @@ determinant has changed its sign, and Newton-Kantorovich holds from the predicti
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -140,10 +140,17 @@ class Builder:
     """
 
     def __init__(
-        self, finder: CrossingFinder, step: Any, constants: Constants, weights: list[Floats]
+        self,
+        finder: CrossingFinder,
+        step: Callable[..., tuple[Floats, ...]],
+        constants: Constants,
+        weights: list[Floats],
     ) -> None:
-        self.finder, self.step = finder, step
-        self.kappa, self.rho, self.weights = constants.kappa, constants.rho, weights
+        self.finder: CrossingFinder = finder
+        self.step: Callable[..., tuple[Floats, ...]] = step
+        self.kappa: Floats = constants.kappa
+        self.rho: Floats = constants.rho
+        self.weights: list[Floats] = weights
         self.graphs: Graphs = finder.graphs
 
     def build(

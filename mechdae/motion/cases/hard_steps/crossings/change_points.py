@@ -170,9 +170,18 @@ class CrossingFinder:
         Largest step of the path in s.
     """
 
-    def __init__(self, graphs: Graphs, constants: Constants, drivers: Any, largest: float) -> None:
-        self.graphs, self.p, self.scale = graphs, constants.p, constants.scale
-        self.drivers, self.largest = drivers, largest
+    def __init__(
+        self,
+        graphs: Graphs,
+        constants: Constants,
+        drivers: Callable[[float], list[Floats]],
+        largest: float,
+    ) -> None:
+        self.graphs: Graphs = graphs
+        self.p: Floats = constants.p
+        self.scale: float = constants.scale
+        self.drivers: Callable[[float], list[Floats]] = drivers
+        self.largest: float = largest
         self.residuals: Residuals = Residuals(graphs, constants.p, self.u)
 
     @property

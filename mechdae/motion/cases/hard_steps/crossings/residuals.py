@@ -57,8 +57,10 @@ class Residuals:
         The drivers' values (nd,) at a place.
     """
 
-    def __init__(self, graphs: Graphs, p: Floats, u: Callable[[float], Any]) -> None:
-        self.graphs, self.p, self.u = graphs, p, u
+    def __init__(self, graphs: Graphs, p: Floats, u: Callable[[float], Floats]) -> None:
+        self.graphs: Graphs = graphs
+        self.p: Floats = p
+        self.u: Callable[[float], Floats] = u
 
     def wide(
         self,
