@@ -22,7 +22,7 @@ from mechdae.describe.mechanism import Body, Ground, Mechanism
 from mechdae.describe.table import Table
 from mechdae.describe.tasks.kinds import Driver
 from mechdae.describe.tasks.reactions import Reactions
-from mechdae.forces.checks import checks
+from mechdae.forces.force_messages import checks
 from mechdae.forces.pose_forces import PoseForces, solved
 from mechdae.forces.poses import Moving, loaded_run
 from mechdae.kernels.run.high_precision import LONG

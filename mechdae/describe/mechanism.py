@@ -40,7 +40,7 @@ BY_NAMES = ("_numbers", "_pins")
 MOMENTS = ("xx", "yy", "zz", "xy", "xz", "yz")
 """Moments and products of inertia, in the order they are given in."""
 SETTINGS = "mechdae.describe.file.settings"
-SCREEN = "mechdae.describe.file.screen"
+SCREEN = "mechdae.describe.file.load_checks"
 """These know mechanisms: what sets their numbers, what writes screens."""
 
 

@@ -20,8 +20,8 @@ from mechdae.describe.structure import structure_of
 from mechdae.describe.tasks.kinds import Driver
 from mechdae.describe.tasks.motion import Equilibrium, Motion
 from mechdae.equations.forces.dry_friction import Rubbing
+from mechdae.equations.forces.generalised import MeshForces
 from mechdae.equations.forces.loads import Loads
-from mechdae.equations.forces.mesh_forces import MeshForces
 from mechdae.equations.forces.time_tables import Timed
 from mechdae.equations.model import FUNCTIONS, Model
 from mechdae.equations.motion_equations import Law, Released

@@ -26,7 +26,7 @@ from mechdae.types import Floats, Graph, Integers, Matrices, Unknowns
 
 if TYPE_CHECKING:
     from mechdae.equations.forces.feedback import Slip
-    from mechdae.forces.one_sided.motion import HoldingContacts
+    from mechdae.forces.one_sided.lift_off import HoldingContacts
     from mechdae.kernels.graphs.equations_of_motion import Kernel
 
 RESTS = 10.0

@@ -13,7 +13,7 @@ from mechdae.dynamics.equations import MotionProblem
 from mechdae.equations.forces.joint_reactions import reactions_of
 from mechdae.equations.motion_equations import row_size
 from mechdae.equations.structure_cache import structure_property
-from mechdae.kernels.graphs.recovery import recovered
+from mechdae.kernels.graphs.linear import recovered
 from mechdae.kernels.run.functions import Batch
 from mechdae.records import dataclass
 from mechdae.types import Floats, Graph, Integers, Matrix, Reactions, Sym, Unknowns

@@ -24,7 +24,7 @@ from mechdae.results import Event, motion_event
 from mechdae.types import Floats, Unknowns
 
 if TYPE_CHECKING:
-    from mechdae.forces.one_sided.motion import Lifting
+    from mechdae.forces.one_sided.lift_off import Lifting
 
 MOST = 400_000
 """States that are kept."""

@@ -20,7 +20,7 @@ from mechdae.dynamics.report import report
 from mechdae.dynamics.rest.linear_system import LinearisedState, LinearSystem
 from mechdae.dynamics.run import MotionRun, OutputStates, integrate
 from mechdae.dynamics.start import Start, start
-from mechdae.equations.forces.mesh_forces import MeshForces
+from mechdae.equations.forces.generalised import MeshForces
 from mechdae.equations.motion_equations import row_size
 from mechdae.errors import (
     InconsistentStartError,

@@ -24,8 +24,14 @@ from mechdae.describe.expression import names_in
 from mechdae.describe.loads import Spring
 from mechdae.equations.forces.dry_friction import Rubbing
 from mechdae.equations.forces.feedback import Feedback
-from mechdae.equations.forces.generalised import Wrench, add, of_coordinates, power
-from mechdae.equations.forces.inertia import inertia, kinetic_energy
+from mechdae.equations.forces.generalised import (
+    Wrench,
+    add,
+    inertia,
+    kinetic_energy,
+    of_coordinates,
+    power,
+)
 from mechdae.equations.forces.joint_reactions import JointReactions
 from mechdae.equations.forces.loads import Loads, Signal
 from mechdae.equations.model import Model, Row

@@ -20,7 +20,7 @@ from mechdae.additions import of_cases
 from mechdae.describe.coordinates import NamedCoordinate, Selection, selection
 from mechdae.describe.mechanism import Mechanism
 from mechdae.equations.coordinates import Coordinates
-from mechdae.equations.forces.inertia import massive
+from mechdae.equations.forces.generalised import massive
 from mechdae.equations.groups import Group, assur_groups, own_freedom
 from mechdae.equations.model import Model, Row, joint_traits
 from mechdae.equations.structure_cache import StructureCache, structure_property

@@ -11,8 +11,15 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from mechdae.forces.friction_laws import forms_of, newton, sized, slopes_of
-from mechdae.forces.friction_solutions import SAME, apart, solutions_of
+from mechdae.forces.friction_solutions import (
+    SAME,
+    apart,
+    forms_of,
+    newton,
+    sized,
+    slopes_of,
+    solutions_of,
+)
 from mechdae.kernels.graphs.kinetostatics import Balance
 from mechdae.kernels.run.functions import Batch
 from mechdae.records import dataclass

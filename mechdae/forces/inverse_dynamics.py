@@ -14,8 +14,8 @@ from mechdae.describe.named import TIME
 from mechdae.describe.structure import structure_of
 from mechdae.describe.tasks.reactions import Reactions
 from mechdae.equations.forces.friction import Laws
+from mechdae.equations.forces.generalised import MeshForces
 from mechdae.equations.forces.loads import BOUNDLESS, Loads
-from mechdae.equations.forces.mesh_forces import MeshForces
 from mechdae.equations.model import Model
 from mechdae.equations.reduction import Scene
 from mechdae.equations.structure_cache import StructureCache

@@ -7,9 +7,8 @@ from typing import TYPE_CHECKING
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.tasks.reactions import Reactions
 from mechdae.equations.forces.friction import Laws
-from mechdae.equations.forces.inertia import massive
+from mechdae.equations.forces.generalised import MeshForces, massive
 from mechdae.equations.forces.loads import Loads
-from mechdae.equations.forces.mesh_forces import MeshForces
 from mechdae.equations.model import Model
 from mechdae.equations.reduction import Scene, model_of
 from mechdae.equations.tree.bars import check_in_space

@@ -1,4 +1,4 @@
-"""Rank and null spaces by singular values, by one rule of what counts as zero.
+"""Rank and null spaces by one rule of what counts as zero, and small least squares problems.
 
 Rows are brought to one size first: equations in metres and in radians have no common one.
 """
@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.types import Floats, Jacobian, Matrix
+from mechdae.types import Complexes, Floats, Jacobian, Matrix
 
 ZERO = 1e-9
 """Share of the largest singular value up to which one counts as zero."""
@@ -84,3 +84,28 @@ def natural_null_space(B: Floats, sizes: Floats, units: Floats, share: float = Z
     whole[np.flatnonzero(free), inside.shape[1] + np.arange(int(free.sum()))] = 1.0
     whole = whole / units[:, None]
     return whole / np.linalg.norm(whole, axis=0)
+
+
+def linear_fit(
+    A: Floats, b: Complexes, ridge: float = 0.0, least: float = 0.0, sizes: Floats | float = 1.0
+) -> Complexes:
+    """Return the c (n, m) of least sum |A c - b|^2 + damping |c/sizes|^2.
+
+    `A` (n, k, m): real or complex columns of each problem. `b` (k,) or (n, k): targets. `ridge`,
+    `least`: the damping: a share of the trace of A* A over sizes, and a number. `sizes` (m,): what
+    the unknowns are measured by, to a power of two: that leaves all bits.
+    """
+    even = np.exp2(np.round(np.log2(sizes)))
+    A = A * even
+    turned, at = A.conj(), range(A.shape[2])
+    N = np.einsum("nki,nkj->nij", turned, A)
+    right = np.einsum("nki,k->ni" if b.ndim == 1 else "nki,nk->ni", turned, b)
+    N[:, at, at] += (least + ridge * np.maximum(np.trace(N, axis1=1, axis2=2), 1e-300))[:, None]
+    return even * np.linalg.solve(N, right[:, :, None])[:, :, 0]
+
+
+def solve(J: Jacobian, F: Floats) -> Any:
+    """Return the step J^-1 F, with more equations than unknowns that of least squares."""
+    if J.shape[0] == J.shape[1]:
+        return np.linalg.solve(J, F)
+    return np.linalg.lstsq(J, F)[0]

@@ -17,10 +17,9 @@ from mechdae.design.derivatives.function import function
 from mechdae.errors import InputError, UnknownName
 from mechdae.motion.kinematics.near_poses import NearPoses, near_poses
 from mechdae.motion.kinematics.pose_arrays import PoseArrays, PoseState, floats
-from mechdae.motion.kinematics.poses import Posed, posed
-from mechdae.motion.kinematics.poses import tracker as tracker_of
 from mechdae.motion.kinematics.shapes import CacheOwner, keep_for
-from mechdae.motion.kinematics.tracker import Tracker
+from mechdae.motion.kinematics.tracker import Posed, Tracker, posed
+from mechdae.motion.kinematics.tracker import tracker as tracker_of
 from mechdae.results import Result, StudyResult
 from mechdae.tasks.parameter_studies import study
 from mechdae.tasks.solve import solve

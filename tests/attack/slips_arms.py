@@ -67,15 +67,15 @@ def limits() -> float:
 
 HOME = "numerics.arms"
 SLIPS = [
-    Slip(f"{HOME}.parallel", "s5 * cosine[4] * s6, -c5 * s6", "s5 * cosine[4] * s6, c5 * s6",
+    Slip(f"{HOME}.wrists", "s5 * cosine[4] * s6, -c5 * s6", "s5 * cosine[4] * s6, c5 * s6",
          robot, DRAWN),
-    Slip(f"{HOME}.parallel", "- both * (d[3] + cosine[3] * d[4])",
+    Slip(f"{HOME}.wrists", "- both * (d[3] + cosine[3] * d[4])",
          "- both * (d[3] - cosine[3] * d[4])", parallels, DRAWN),
     Slip(f"{HOME}.wrists", "same * (d[2] + np.cos(alpha[2]) * d[3])",
          "same * (d[2] - np.cos(alpha[2]) * d[3])", wrists, DRAWN),
     Slip(f"{HOME}.wrists", "c4 * p + s4 * q, c4 * q - s4 * p", "c4 * p - s4 * q, c4 * q + s4 * p",
          wrists, DRAWN),
-    Slip(f"{HOME}.trigonometry", "(1 - cosine) * (1 + cosine)",
+    Slip(f"{HOME}.wrists", "(1 - cosine) * (1 + cosine)",
          "(1 - cosine) * (1 - cosine)", robot, DRAWN),
     Slip(f"{HOME}.eliminant", "rest + cosine, 2 * sine, rest - cosine",
          "rest - cosine, 2 * sine, rest + cosine", general, DRAWN),

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 import mechdae as md
-from mechdae.describe.vectors.cycles import joined, shortest_cycles
+from mechdae.describe.vectors.loops_in_space import joined, shortest_cycles
 from tests.shared.loop_checks import (
     check_closed,
     check_same,
@@ -94,8 +94,8 @@ SLIPS = [
     Slip(f"{HOME}.translation", "between[second, first]}.angle\", -1",
          "between[second, first]}.angle\", 1", fixed, WORK),
     Slip(f"{HOME}.translation", "{cosine} - ({off[0]})", "{cosine} + ({off[0]})", fixed, WORK),
-    Slip(f"{HOME}.cycles", "(edge, not way)", "(edge, way)", loops, SAME),
-    Slip(f"{HOME}.cycles", "vertices & {*_starts(cycle, edges)}", "vertices - vertices",
+    Slip(f"{HOME}.loops_in_space", "(edge, not way)", "(edge, way)", loops, SAME),
+    Slip(f"{HOME}.loops_in_space", "vertices & {*_starts(cycle, edges)}", "vertices - vertices",
          in_a_row, SHORT),
     Slip(f"{HOME}.expand", "not in reached([ends[first.name]], typed)", "not in []", loops, SAME),
     Slip(f"{HOME}.loops_of", "\"axis\" if name == vector else \"block_axis\"", "\"axis\"", frames,

@@ -329,7 +329,7 @@ SLIPS = [
         "forces/test_wear.py::test_pins_and_a_block_of_a_slider_crank",
     ),
     Slip(
-        "forces.wear.surfaces", "tip - side * curve", "tip + side * curve", hollow,
+        "forces.wear.wear", "tip - side * curve", "tip + side * curve", hollow,
         "forces/test_wear.py::test_the_seal_of_a_wankel_rotor",
     ),
     Slip(

@@ -252,7 +252,7 @@ def rows_of_several_drivers() -> float:
 
 SLIPS = [
     Slip(
-        "motion.continuation.fan",
+        "motion.continuation.legs",
         "good = self.proved(after, test, det, miss, self.sign).all(axis=1)",
         "good, test = np.isfinite(after).all(axis=1), 0 * test",
         rows_of_several_drivers,

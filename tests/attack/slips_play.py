@@ -139,7 +139,7 @@ SLIPS = [
     Slip("parts.play.first", "support(joint.hinge, parts", "support(False, parts", price,
          "play/test_prices.py::test_the_price_of_a_clearance_is_its_sensitivity"),
     Slip("parts.play.run", "offset[k] - offset[k - 1]", "offset[k]", loads, LOADS),
-    Slip("parts.play.loads", ".sum(axis=1) < 0", ".sum(axis=1) > 0", loads, LOADS),
+    Slip("parts.play.gaps", ".sum(axis=1) < 0", ".sum(axis=1) > 0", loads, LOADS),
     Slip("parts.play.run", "each[gap.joint] / gap.size", "each[gap.joint]", pins, PINS),
     Slip("parts.play.run", "self.first - self.rest", "self.first + self.rest", pins, PINS),
     Slip("parts.play.run", "whole[furthest] + aside", "whole[furthest] / 2 + aside", pins, PINS),

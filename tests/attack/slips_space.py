@@ -247,7 +247,7 @@ SLIPS = [
          plate, REACHES),
     Slip("kernels.graphs.row_reaches", "second + share * bends.second", "second + 0 * bends.second",
          eliminated, REACHES),
-    Slip("equations.tree.meshes", 'number("phase") - second', 'number("phase") + second', wheels,
+    Slip("equations.tree.teeth", 'number("phase") - second', 'number("phase") + second', wheels,
          CLOSURE),
     Slip("equations.tree.screws", "2 * ca.cross(carried, going)", "ca.cross(carried, going)",
          transport, FREE_BODIES),

@@ -241,7 +241,7 @@ SLIPS = [
     Slip("equations.forces.spatial_friction", "-slip.sign * size * self.a",
          "slip.sign * size * self.a",
          bearing, BEARING),
-    Slip("dynamics.watchers.glides", "self.weights[group] * held[..., group] ** 2",
+    Slip("dynamics.watchers.sliding", "self.weights[group] * held[..., group] ** 2",
          "held[..., group] ** 2", starts, STARTS),
     Slip("dynamics.watchers.sticking", "- SHARPEST * (sizes", "- 0.5 * (sizes", spinning,
          LEFT),

@@ -278,7 +278,7 @@ SLIPS = [
         "attack/test_slips.py::test_nothing_is_off_without_a_slip",
     ),
     Slip(
-        "design.synthesis.verification.visits",
+        "design.synthesis.verification.verify",
         "float(np.sum(weights * errors**2))",
         "float(np.sum(weights * errors))",
         path,
@@ -292,14 +292,14 @@ SLIPS = [
         "synthesis/test_synthesis.py::test_path_cases_reach_their_bar_without_defects",
     ),
     Slip(
-        "design.synthesis.verification.functions",
+        "design.synthesis.verification.verify",
         'claim.sense if asked.sense == "free" else 1.0',
         "claim.sense",
         planted,
         SEEN,
     ),
     Slip(
-        "design.synthesis.verification.visits",
+        "design.synthesis.verification.verify",
         "((steps > 0).all() or (steps < 0).all())",
         "(steps != 0).all()",
         planted,

@@ -59,25 +59,25 @@ MUTANTS = {
         1, slip("equations.tree.tree_model", "pitch / (2 * ca.pi)", "pitch / (2.000000002 * ca.pi)")
     ),
     "a ratio off by a billionth": Mutant(
-        9, slip("equations.tree.meshes", 'number("ratio") * second',
+        9, slip("equations.tree.teeth", 'number("ratio") * second',
                 '1.000000001 * number("ratio") * second'),
     ),
     "angles of wheels from the wheel to its carrier": Mutant(
-        13, slip("equations.tree.meshes", "b.sense * value", "value"), wheels=True
+        13, slip("equations.tree.teeth", "b.sense * value", "value"), wheels=True
     ),
     "a direction not quite of length 1": Mutant(
-        0, slip("equations.tree.sides", "a = a / ca.norm_2(a)",
+        0, slip("equations.tree.skeleton", "a = a / ca.norm_2(a)",
             "a = 1.000000001 * a / ca.norm_2(a)")
     ),
     "bounds of vectors divided by 100 000": Mutant(
         0, partial(divided, divisor=1e5), kind=VECTORS
     ),
     "an elevation with the other sign": Mutant(
-        0, slip("equations.tree.pointers", "length * ca.sin(e)", "-length * ca.sin(e)"),
+        0, slip("equations.tree.spatial_frames", "length * ca.sin(e)", "-length * ca.sin(e)"),
         kind=VECTORS,
     ),
     "a vector longer by a billionth": Mutant(
-        0, slip("equations.tree.pointers", "level = length",
+        0, slip("equations.tree.spatial_frames", "level = length",
             "length *= 1.000000001; level = length"),
         kind=VECTORS,
     ),

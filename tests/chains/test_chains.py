@@ -14,8 +14,7 @@ import mechdae as md
 from mechdae.errors import InputError
 from mechdae.parts.types.chains.chains import contracted
 from mechdae.parts.types.chains.labelling import automorphisms, canonical
-from mechdae.parts.types.chains.mechanisms import SIDE
-from mechdae.parts.types.chains.places import joint_places
+from mechdae.parts.types.chains.mechanisms import SIDE, joint_places
 
 # Counts: Mruthyunjaya 2003 and Butcher and Hartman 2005 (chains), Tuttle 1996 (inversions),
 # Peisach 2008 (Assur groups), Manolescu (trusses); kinds of pairs by Burnside's lemma over an

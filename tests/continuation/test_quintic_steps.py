@@ -9,8 +9,7 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from mechdae.kernels.bounds.series import NoSeries
-from mechdae.kernels.bounds.symbolic_series import SymbolicSeries, expanded
+from mechdae.kernels.bounds.series import NoSeries, SymbolicSeries, expanded
 from mechdae.motion.cases.hard_steps.quintic_steps import pieces
 from mechdae.motion.continuation.path import Path
 from mechdae.motion.kinematics.prepared import prepare

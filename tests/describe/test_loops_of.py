@@ -10,7 +10,7 @@ import pytest
 import mechdae as md
 from mechdae.describe.expression import evaluate
 from mechdae.describe.file import library
-from mechdae.describe.vectors.cycles import joined, shortest_cycles
+from mechdae.describe.vectors.loops_in_space import joined, shortest_cycles
 from mechdae.parts.types.ranking.variants import first_sweep
 from tests.shared.command import run
 from tests.shared.loop_checks import bodies_of, check_same, turned

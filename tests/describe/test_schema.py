@@ -14,8 +14,7 @@ import pytest
 
 from mechdae.cli import main
 from mechdae.describe.file import library
-from mechdae.describe.file.compact_schema import compact
-from mechdae.describe.file.schema import schema
+from mechdae.describe.file.schema import compact, schema
 from mechdae.describe.tasks.constraints import CONSTRAINTS
 from mechdae.describe.tasks.goals import GOALS
 from mechdae.describe.units import EVERY

@@ -15,7 +15,7 @@ from mechdae.describe.tasks.goals import Maximise
 from mechdae.draw import save
 from mechdae.draw.figure import svg_text
 from mechdae.errors import InputError
-from mechdae.tasks.export import packed
+from mechdae.tasks.export import folder
 from tests.shared.job_cases import FOUR_BAR
 from tests.shared.mechanisms import four_bar
 from tests.shared.scheme_cases import BEAN
@@ -95,8 +95,8 @@ def test_the_mechanism_of_the_file_in_the_pose_of_a_design_is_refused(
 ) -> None:
     """Planted: the motions of designs are read with the mechanism of the task."""
     result, _ = designs
-    made = packed._made
-    monkeypatch.setattr(packed, "_made", lambda own, file, _: made(own, file, result.mechanism))
+    made = folder._made
+    monkeypatch.setattr(folder, "_made", lambda own, file, _: made(own, file, result.mechanism))
     torn = back(result, tmp_path)
     with pytest.raises(InputError, match="does not close"):
         drawn(torn, "design")

@@ -14,7 +14,7 @@ import pytest
 
 import mechdae as md
 import mechdae.equations.forces.friction as friction_module
-import mechdae.equations.forces.inertia as inertia_module
+import mechdae.equations.forces.generalised as inertia_module
 import mechdae.forces.inverse_dynamics as statics_module
 import mechdae.forces.teeth.mesh as meshes_module
 import mechdae.forces.teeth.real_pairs as wheels_module

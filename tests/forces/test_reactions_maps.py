@@ -97,7 +97,7 @@ def test_critical_factor_of_a_mechanism_that_does_not_jam() -> None:
 
 
 def test_a_kinematic_task_builds_no_forces(monkeypatch) -> None:
-    from mechdae.equations.forces import friction, inertia, loads
+    from mechdae.equations.forces import friction, generalised, loads
     from mechdae.kernels.graphs import kinetostatics
 
     def refuse(*_args, **_keys):
@@ -107,8 +107,8 @@ def test_a_kinematic_task_builds_no_forces(monkeypatch) -> None:
         (kinetostatics.Balance, "__init__"),
         (loads.Loads, "__init__"),
         (friction.Laws, "__init__"),
-        (inertia, "inertia"),
-        (md.Mechanism, "center") if hasattr(md.Mechanism, "center") else (inertia, "massive"),
+        (generalised, "inertia"),
+        (md.Mechanism, "center") if hasattr(md.Mechanism, "center") else (generalised, "massive"),
     ):
         monkeypatch.setattr(home, name, refuse)
     driver = md.Driver("crank.angle", from_=0, to=1)

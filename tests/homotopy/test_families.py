@@ -14,9 +14,7 @@ import pytest
 
 from mechdae.numerics.double_double import WideComplex
 from mechdae.numerics.homotopy.boxes import apart, enclosed
-from mechdae.numerics.homotopy.families import arrived, round_trip, there, way
-from mechdae.numerics.homotopy.far_ends import far_ends
-from mechdae.numerics.homotopy.trace_check import trace_test
+from mechdae.numerics.homotopy.families import arrived, far_ends, round_trip, there, trace_test, way
 
 DEGREE = 5
 POWERS = np.arange(DEGREE)

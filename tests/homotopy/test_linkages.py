@@ -13,12 +13,11 @@ import pytest
 import mechdae as md
 from mechdae.motion.assembly import group_search
 from mechdae.motion.cases.larger_groups import linkage_group
-from mechdae.numerics.homotopy import certified_poses, monodromy, stored_instances
-from mechdae.numerics.homotopy.canonical import canonical
-from mechdae.numerics.homotopy.generic_count import generic_count
+from mechdae.numerics.homotopy import certified_poses, stored_instances
+from mechdae.numerics.homotopy.generic_count import generic_count, sliding_count
 from mechdae.numerics.homotopy.linkage import ComplexDimensions, PinLinkage, instance
 from mechdae.numerics.homotopy.linkage_poses import linkage_poses
-from mechdae.numerics.homotopy.sliding_count import sliding_count
+from mechdae.numerics.homotopy.stored_instances import canonical
 from mechdae.parts.types.chains.chains import chains
 from tests.reference.dixon import all_poses
 from tests.scripts.all_modes import angles, compared, driven, missed, written
@@ -322,7 +321,7 @@ def test_groups_with_slides_are_proven(monkeypatch: pytest.MonkeyPatch) -> None:
     own = canonical(seen[0]).linkage
     count = own.count
     monkeypatch.setattr(PinLinkage, "count", None)
-    assert len(monodromy.generic_instance(own, seed=2)[1]) == count
+    assert len(stored_instances.generic_instance(own, seed=2)[1]) == count
     monkeypatch.setattr(group_search, "of_cases", lambda question: [])
     other = md.solve(mechanism, task)
     assert "search from many starts" in other.summary["basis"]  # proven box by box, or not

@@ -13,10 +13,11 @@ from mechdae.numerics.homotopy import certify, platforms
 from mechdae.numerics.homotopy.platforms import (
     StudyChart,
     all_apart,
+    displacement,
     from_first_leg,
     numbers_along,
+    quadrics,
 )
-from mechdae.numerics.homotopy.study_quadrics import displacement, quadrics
 from tests.shared.paths import DATA
 
 

@@ -25,7 +25,7 @@ ENDLESS = {
     ("motion/assembly/multistart.py", "__call__"): (
         "starts double up to `most`", "the count is that of the solutions found"
     ),
-    ("motion/cases/space/hinge_loop.py", "__init__"): (
+    ("motion/cases/space/spatial_group.py", "__init__"): (
         "a joint is taken each time", "OtherShape"
     ),
     ("motion/cases/meshes/turn_lattice.py", "_cleared"): (
@@ -55,11 +55,11 @@ ENDLESS = {
     ("parts/exchange/robots/link_tree.py", "_chosen"): (
         "a body is reached each time", "the joints"
     ),
-    ("numerics/homotopy/canonical.py", "refined"): (
+    ("numerics/homotopy/stored_instances.py", "refined"): (
         "there are more colours each time", "the colours"
     ),
     ("numerics/homotopy/generic_count.py", "count"): ("subsets are counted down", "the count"),
-    ("motion/kinematics/near_numbers.py", "_expressions"): (
+    ("motion/kinematics/near_poses.py", "_expressions"): (
         "a parameter is taken each time", "pairs"
     ),
     ("parts/types/schemes/certified_pareto.py", "front_of"): ("an entry is judged each time",
@@ -91,8 +91,8 @@ LOOPS = {
     ("parts/exchange/robots/link_tree.py", "_small"): "bodies are reached once",
     ("parts/exchange/robots/arm_of_urdf.py", "_way"): "a joint is met once, or it is an error",
     ("tasks/export/folder.py", "digest"): "the end of the file",
-    ("numerics/homotopy/loops.py", "walk"): "steps are left over less each time, or it is an error",
-    ("numerics/homotopy/sliding_count.py", "connected"): "subsets are counted down",
+    ("numerics/homotopy/generic_count.py", "walk"): "fewer steps are left each time, or an error",
+    ("numerics/homotopy/generic_count.py", "connected"): "subsets are counted down",
     ("kernels/bounds/series.py", "inverse"): "the series is twice as long each time",
     ("kernels/machine/program.py", "stored"): "found further on in the text each time",
     ("equations/mobility.py", "_shortest_cycles"): "bodies are reached once",
@@ -144,7 +144,7 @@ LOOPS = {
 """By module and function: what ends a `while` of no such shape, what is said then."""
 
 RECURSIONS = {
-    ("describe/file/compact_schema.py", "enter"): "a schema is entered before its parts",
+    ("describe/file/schema.py", "enter"): "a schema is entered before its parts",
     ("motion/assembly/mode_tree.py", "_later"): "fewer groups are left each time, `DEEPEST`",
     ("parts/types/chains/labelling.py", "_leaves"): "more colours each time",
     ("motion/assembly/no_others.py", "_inverses"): "a square matrix the second time",
@@ -157,8 +157,8 @@ RECURSIONS = {
     ("draw/graphs/map.py", "_levels"): "the second call is with False",
     ("dynamics/output_values.py", "over_states"): "named expressions without circles",
     ("forces/task.py", "with_forces"): "tasks inside of tasks",
-    ("numerics/homotopy/canonical.py", "least"): "more colours each time",
-    ("numerics/homotopy/sliding_count.py", "grown"): "the place rises",
+    ("numerics/homotopy/stored_instances.py", "least"): "more colours each time",
+    ("numerics/homotopy/generic_count.py", "grown"): "the place rises",
     ("design/jobs/log.py", "_differences"): "values inside of values",
     ("results/result.py", "path_unit"): "a path gets shorter",
     ("results/units.py", "path_unit"): "a path gets shorter",

@@ -21,8 +21,7 @@ from mechdae.parts.types.schemes.losses import LossAsked, loss_slopes, losses
 from mechdae.parts.types.schemes.placed_design import PlacedDesign
 from mechdae.parts.types.schemes.scheme import read
 from mechdae.parts.types.schemes.screening import drawn
-from mechdae.parts.types.schemes.targets.functions import FunctionFitting
-from mechdae.parts.types.schemes.targets.visits import VisitFitting, assigned
+from mechdae.parts.types.schemes.targets.visits import FunctionFitting, VisitFitting, assigned
 from mechdae.parts.types.schemes.types import schemes_of
 from mechdae.results.tables import table
 from tests.shared.paths import DOCS

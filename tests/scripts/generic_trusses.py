@@ -7,10 +7,15 @@ import time
 
 import numpy as np
 
-from mechdae.numerics.homotopy.canonical import canonical
 from mechdae.numerics.homotopy.linkage import PinLinkage
-from mechdae.numerics.homotopy.monodromy import generic_instance
-from mechdae.numerics.homotopy.stored_instances import STORE, file_name, read, written
+from mechdae.numerics.homotopy.stored_instances import (
+    STORE,
+    canonical,
+    file_name,
+    generic_instance,
+    read,
+    written,
+)
 from mechdae.parts.types.chains.chains import chains
 
 

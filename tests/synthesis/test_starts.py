@@ -10,11 +10,11 @@ import pytest
 import mechdae as md
 from mechdae.describe.dimensions import parameter_units
 from mechdae.describe.file.load import from_dict
-from mechdae.design.synthesis.fourbar import projection
+from mechdae.design.synthesis.fourbar import linkage
 from mechdae.design.synthesis.fourbar.starts import FourBarStarts
 from mechdae.design.synthesis.search import Search
 from mechdae.design.synthesis.synthesize import planned, synthesize
-from mechdae.numerics.linear_fits import linear_fit
+from mechdae.numerics.null_space import linear_fit
 from tests.reference.closure_fourbar import FourBar, judged
 from tests.shared.frames import FRAMES, goals, on_frame
 from tests.shared.paths import DATA, ROOT
@@ -167,7 +167,7 @@ def test_lengths_of_zero_rank_nothing_as_infinite(monkeypatch: pytest.MonkeyPatc
     targets = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]])
     limits = np.array([[0.0, 0.0], [0.1, 5.0], [0.1, 5.0], [0.1, 5.0]])
     generator = np.random.default_rng(0)
-    found = projection.screened(
+    found = linkage.screened(
         targets, generator, 2000, 5, "crank-rocker", None, "free", None, limits
     )
     assert len(found) == 5

@@ -11,7 +11,7 @@ import pytest
 
 import mechdae as md
 from mechdae.describe.file.load import from_dict
-from mechdae.design.synthesis.verification.rockers import missed
+from mechdae.design.synthesis.verification.verify import missed
 from mechdae.errors import InputError
 from tests.shared.paths import DATA
 

@@ -12,8 +12,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     del options
-    from mechdae.describe.file.compact_schema import compact
-    from mechdae.describe.file.schema import schema
+    from mechdae.describe.file.schema import compact, schema
 
     print(json.dumps(compact(schema()), ensure_ascii=False, separators=(",", ":")))
     return 0

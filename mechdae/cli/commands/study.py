@@ -9,7 +9,6 @@ from contextlib import nullcontext
 from typing import TYPE_CHECKING, Any
 
 from mechdae.cli import message
-from mechdae.cli.jobs import check_out, reported
 from mechdae.cli.options import (
     check_processes,
     columns_argument,
@@ -19,7 +18,7 @@ from mechdae.cli.options import (
     units_argument,
     units_asked,
 )
-from mechdae.cli.progress import clear, progress
+from mechdae.cli.progress import check_out, clear, progress, reported
 from mechdae.errors import InputError
 
 if TYPE_CHECKING:

@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from mechdae.cli import message
-from mechdae.cli.jobs import check_out, reported
 from mechdae.cli.options import (
     check_processes,
     problem_arguments,
@@ -18,7 +17,7 @@ from mechdae.cli.options import (
     units_argument,
     units_asked,
 )
-from mechdae.cli.progress import clear, starts_progress
+from mechdae.cli.progress import check_out, clear, reported, starts_progress
 from mechdae.cli.progress import progress as parts_progress
 from mechdae.errors import InputError
 

@@ -108,7 +108,7 @@ class Problem(Record):
 
     def __str__(self) -> str:
         """Return a screen: parts, numbers and tasks. ``mechdae show`` counts and groups them."""
-        from mechdae.describe.file.screen import mechanism_lines, tasks_lines
+        from mechdae.describe.file.load_checks import mechanism_lines, tasks_lines
 
         lines = [f"{self.name}: {self.title}".removesuffix(": ")]
         lines += mechanism_lines(self.mechanism, self.tasks) + tasks_lines(self.tasks)
@@ -116,7 +116,7 @@ class Problem(Record):
 
     def _repr_html_(self) -> str:
         """Return the diagram of the sketch and the screen, for notebooks."""
-        from mechdae.describe.file.screen import in_notebook
+        from mechdae.describe.file.load_checks import in_notebook
 
         return in_notebook(self, str(self))
 

@@ -25,8 +25,7 @@ from mechdae.describe.vectors.nodes import (
     nodes_of,
     reached,
 )
-from mechdae.describe.vectors.numbers import less
-from mechdae.describe.vectors.values import Closure, Node, Vector
+from mechdae.describe.vectors.values import Closure, Node, Vector, less
 from mechdae.errors import InputError, MechdaeError, UnavailableError
 from mechdae.records import dataclass
 

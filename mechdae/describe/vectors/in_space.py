@@ -25,8 +25,7 @@ from mechdae.describe.vectors.nodes import (
     nodes_of,
     reached,
 )
-from mechdae.describe.vectors.numbers import add, components, less
-from mechdae.describe.vectors.values import Closure, Vector
+from mechdae.describe.vectors.values import Closure, Vector, add, components, less
 from mechdae.errors import InputError, UnavailableError, UnknownName
 
 

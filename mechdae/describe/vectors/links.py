@@ -14,8 +14,7 @@ from mechdae.describe.expression import evaluate
 from mechdae.describe.mechanism import GROUND, Body, Ground
 from mechdae.describe.values import Number
 from mechdae.describe.vectors.nodes import HEAD, TAIL, Merged, in_order, reached
-from mechdae.describe.vectors.numbers import add, components, less, plain
-from mechdae.describe.vectors.values import Vector
+from mechdae.describe.vectors.values import Vector, add, components, less, plain
 from mechdae.errors import InputError, UnknownName
 from mechdae.records import dataclass
 

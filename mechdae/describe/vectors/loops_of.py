@@ -15,13 +15,11 @@ from mechdae.describe.mechanism import GROUND, Body, Ground, Mechanism
 from mechdae.describe.table import Table
 from mechdae.describe.tasks.kinds import Driven, Task
 from mechdae.describe.values import Number
-from mechdae.describe.vectors.cycles import joined, shortest_cycles
 from mechdae.describe.vectors.expand import FRICTION, from_loops, slide_of
-from mechdae.describe.vectors.loops_in_space import SpatialLoops, bare
+from mechdae.describe.vectors.loops_in_space import SpatialLoops, bare, joined, shortest_cycles
 from mechdae.describe.vectors.nodes import HEAD, TAIL, Merged, in_order, meeting, signed
-from mechdae.describe.vectors.numbers import add, less, negative
 from mechdae.describe.vectors.translation import Translation, new_point, renamed
-from mechdae.describe.vectors.values import Node, Vector
+from mechdae.describe.vectors.values import Node, Vector, add, less, negative
 from mechdae.errors import InputError, MechdaeError
 from mechdae.records import dataclass, public
 from mechdae.types import Json

@@ -28,7 +28,7 @@ from mechdae.describe.loads import (
 )
 from mechdae.describe.mechanism import GROUND, Mechanism
 from mechdae.describe.tasks.kinds import Driver
-from mechdae.describe.vectors.numbers import negative
+from mechdae.describe.vectors.values import negative
 from mechdae.errors import InputError
 from mechdae.records import dataclass
 from mechdae.types import Json

@@ -19,10 +19,9 @@ import numpy as np
 
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.tasks.synthesis import Synthesis
-from mechdae.design.synthesis.designs import FEASIBLE, Candidate, judged_design, motions
+from mechdae.design.synthesis.designs import FEASIBLE, Candidate, exchanged, judged_design, motions
 from mechdae.design.synthesis.exact.complete import Follow
 from mechdae.design.synthesis.exact.complete import here as followed_here
-from mechdae.design.synthesis.exchange import exchanged
 from mechdae.design.synthesis.fronts import (
     SAME,
     FrontGap,

@@ -31,10 +31,9 @@ from mechdae.design.synthesis.nlp import Nlp
 from mechdae.design.synthesis.outcome import Outcome, TaskRun
 from mechdae.design.synthesis.poses import FreePoses, dimensions
 from mechdae.design.synthesis.quantity import Quantity
-from mechdae.design.synthesis.robust.asked import nominal_notes, robust_goals
-from mechdae.design.synthesis.space import TURN, DesignSpace
+from mechdae.design.synthesis.robust.values import nominal_notes, robust_goals
+from mechdae.design.synthesis.space import TURN, DesignSpace, inside
 from mechdae.design.synthesis.starts.spread import Spread
-from mechdae.design.synthesis.stops import inside
 from mechdae.design.synthesis.trace import watched
 from mechdae.design.synthesis.verification.quantities import quantity_of
 from mechdae.design.synthesis.verify import sketched

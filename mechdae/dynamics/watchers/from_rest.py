@@ -18,9 +18,8 @@ import numpy as np
 
 from mechdae.dynamics.friction_sizes import Sizes
 from mechdae.dynamics.integrate import NoWay
-from mechdae.dynamics.watchers.glides import LEAST
 from mechdae.dynamics.watchers.onset import Onset
-from mechdae.dynamics.watchers.sliding import IDLE, RANK, RESTS, SLACK, STRAIGHT, Slips, Turn
+from mechdae.dynamics.watchers.sliding import IDLE, LEAST, RANK, RESTS, SLACK, STRAIGHT, Slips, Turn
 from mechdae.records import dataclass
 from mechdae.types import Floats, Unknowns
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from mechdae.dynamics.equations import MotionProblem
 from mechdae.dynamics.integrate import Integrator, Nodes
-from mechdae.kernels.graphs.ldl import Factor
+from mechdae.kernels.graphs.linear import Factor
 from mechdae.numerics.null_space import rank
 from mechdae.types import Floats, Graph, Jacobian, Matrices, Unknowns
 

@@ -16,8 +16,7 @@ from mechdae.dynamics.equations import MotionProblem
 from mechdae.dynamics.friction_sizes import pressing
 from mechdae.dynamics.integrate import Cut, Nodes, NoWay
 from mechdae.dynamics.watchers.from_rest import WaysFromRest
-from mechdae.dynamics.watchers.glides import LEAST
-from mechdae.dynamics.watchers.sliding import IDLE, RANK, SLACK, Turn
+from mechdae.dynamics.watchers.sliding import IDLE, LEAST, RANK, SLACK, Turn
 from mechdae.dynamics.watchers.zeros import Looker, Sign, changes
 from mechdae.equations.forces.feedback import ACROSS
 from mechdae.types import Floats, Matrix, Unknowns

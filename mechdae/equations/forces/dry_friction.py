@@ -17,9 +17,8 @@ import casadi as ca
 
 from mechdae.equations.forces.feedback import Feedback, Slip
 from mechdae.equations.forces.friction import Laws
-from mechdae.equations.forces.generalised import Wrench, add, times
+from mechdae.equations.forces.generalised import MeshForces, Wrench, add, times
 from mechdae.equations.forces.loads import Loads
-from mechdae.equations.forces.mesh_forces import MeshForces
 from mechdae.equations.gradients import gradients
 from mechdae.equations.model import Model
 from mechdae.types import Sym

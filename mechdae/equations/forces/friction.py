@@ -15,8 +15,7 @@ from collections.abc import Callable, Mapping
 import casadi as ca
 
 from mechdae.equations.forces.feedback import Feedback, Slip
-from mechdae.equations.forces.generalised import Wrench, couples, pair, spin, velocity
-from mechdae.equations.forces.mesh_forces import MeshForces
+from mechdae.equations.forces.generalised import MeshForces, Wrench, couples, pair, spin, velocity
 from mechdae.equations.forces.spatial_friction import spatial_law
 from mechdae.equations.joints import Ends
 from mechdae.equations.model import Model

@@ -1,4 +1,4 @@
-"""Forces on bodies as generalised forces of the absolute coordinates.
+"""Forces and inertia of bodies as generalised forces of the absolute coordinates.
 
 A generalised force is kept as {position in q: expression}: most of them touch one or two
 bodies only. In space other keys tell what it does in joints, see `mechdae.equations.tree.solid`.
@@ -6,7 +6,8 @@ bodies only. In space other keys tell what it does in joints, see `mechdae.equat
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Collection, Hashable
+from typing import Any, Protocol
 
 import casadi as ca
 
@@ -86,3 +87,51 @@ def power(model: Model, wrench: Wrench) -> list[Sym]:
 def of_coordinates(wrench: Wrench) -> dict[int, Sym]:
     """Return what of a generalised force acts on coordinates."""
     return {i: force for i, force in wrench.items() if isinstance(i, int)}
+
+
+def massive(model: Model, among: Collection[str] | None = None) -> list[str]:
+    """Return the bodies with a mass or a moment of inertia, of all or `among` some."""
+    return [
+        name
+        for name, body in model.mechanism.bodies.items()
+        if (body.mass is not None or body.inertia is not None) and (among is None or name in among)
+    ]
+
+
+def inertia(model: Model, among: Collection[str] | None = None) -> Wrench:
+    """Return M qdd + h: mass times acceleration of each body's centre, at its anchor."""
+    return add(*[model.space.inertia_force(model, name) for name in massive(model, among)])
+
+
+def kinetic_energy(model: Model, among: Collection[str] | None = None) -> tuple[Sym, Sym]:
+    """Return the kinetic energy and its rate in time."""
+    each = (model.space.kinetic_energy(model, name) for name in massive(model, among))
+    return sum(each, SX(0)), sum(power(model, inertia(model, among)), SX(0))
+
+
+class MeshForces(Protocol):
+    """The forces of one joint in place of the gradient of its row.
+
+    ``column`` is the generalised force of its multiplier, None: that of the row itself;
+    ``tangential`` times the multiplier is the tangential force, ``apart`` what a unit of that does
+    beside, ``steady`` does not depend on it; ``rubbing`` is the speed that losses go with,
+    ``holding`` what a unit of the couple against it does where the row does not say, ``kept_by``
+    what decides all that beside the joint.
+    """
+
+    @property
+    def column(self) -> Wrench | None: ...
+    @property
+    def tangential(self) -> Sym: ...
+    @property
+    def apart(self) -> Wrench: ...
+    @property
+    def steady(self) -> Wrench: ...
+    @property
+    def rubbing(self) -> Sym: ...
+    @property
+    def holding(self) -> Wrench | None: ...
+    @property
+    def kept_by(self) -> Hashable: ...
+    def lost(self, loss: Sym, side: int, sign: Sym) -> tuple[Sym, Wrench]:
+        """Return the arm of a loss and what it does."""

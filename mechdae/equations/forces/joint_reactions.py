@@ -13,8 +13,7 @@ import casadi as ca
 
 from mechdae.describe.coordinates import coordinate
 from mechdae.describe.loads import Resistance
-from mechdae.equations.forces.generalised import Wrench, add, reaction, times
-from mechdae.equations.forces.inertia import inertia
+from mechdae.equations.forces.generalised import Wrench, add, inertia, reaction, times
 from mechdae.equations.gradients import gradients
 from mechdae.equations.model import Model
 from mechdae.types import Sym

@@ -8,8 +8,7 @@ import casadi as ca
 
 from mechdae.describe.mechanism import GROUND
 from mechdae.equations.coordinates import QUATERNION
-from mechdae.equations.tree.pointers import told
-from mechdae.equations.tree.spatial_frames import TreeFrame
+from mechdae.equations.tree.spatial_frames import TreeFrame, told
 from mechdae.equations.tree.tree_model import TreeModel
 from mechdae.types import Sym
 

@@ -15,11 +15,11 @@ import casadi as ca
 
 from mechdae.describe.joints.joint import Joint
 from mechdae.describe.mechanism import Mechanism
-from mechdae.equations.forces.inertia import massive
+from mechdae.equations.forces.generalised import massive
 from mechdae.equations.model import Row
 from mechdae.equations.structure_cache import structure_property
 from mechdae.equations.tree.invariants import Invariants
-from mechdae.equations.tree.spanning import Edge
+from mechdae.equations.tree.spins import Edge
 from mechdae.equations.tree.tree_model import TreeModel
 from mechdae.types import Sym
 

@@ -13,8 +13,8 @@ import casadi as ca
 
 from mechdae.describe.joints.spatial import SpatialJoint
 from mechdae.equations.coordinates import QUATERNION
-from mechdae.equations.tree.spanning import Edge
 from mechdae.equations.tree.spatial_frames import about_z
+from mechdae.equations.tree.spins import Edge
 from mechdae.records import dataclass
 from mechdae.types import Sym
 

@@ -1,4 +1,4 @@
-"""How the two members of a mesh in space lie: axes that are parallel, meet or cross.
+"""A mesh in space: its equation, and how its axes lie: parallel, meeting or crossing.
 
 What is told apart by numbers is told here, with the keys that are missing; the pitch point and its
 directions follow in symbols where forces are asked for.
@@ -6,7 +6,8 @@ directions follow in symbols where forces are asked for.
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -16,6 +17,9 @@ from mechdae.describe.mechanism import GROUND, Mechanism
 from mechdae.errors import MechanismError, UnavailableError
 from mechdae.records import dataclass
 from mechdae.types import Floats
+
+if TYPE_CHECKING:
+    from mechdae.types import Sym
 
 SAME = 1e-9
 """Sine, or share of the mechanism's size, below which directions or places are one."""
@@ -176,3 +180,21 @@ def _numbers(values: dict[str, float], name: str) -> Floats:
 
 def _unit(vector: Floats) -> Floats:
     return vector / np.linalg.norm(vector)
+
+
+def meshed(
+    mechanism: Mechanism, mesh: Joint, number: Callable[[str], Any], value: Callable[..., Any]
+) -> tuple[Sym, str]:
+    """Return the equation of a mesh and its unit.
+
+    Parameters
+    ----------
+    number
+        Gives a number of the mesh by its key.
+    value
+        Gives the coordinate of a joint by the joint and the word.
+    """
+    first, second = (b.sense * value(b.joint, b.word) for b in bearings(mechanism, mesh))
+    if mesh.wheels > 1:
+        return number("ratio") * second + number("phase") - first, "rad"
+    return number("radius") * first + number("phase") - second, "m"

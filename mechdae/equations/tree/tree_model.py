@@ -42,21 +42,20 @@ from mechdae.equations.tree.closures import (
 )
 from mechdae.equations.tree.invariants import Hung, Invariants, invariants
 from mechdae.equations.tree.joint_chains import Freedom, WayProduct, WayProducts, Z, apart
-from mechdae.equations.tree.meshes import meshed
-from mechdae.equations.tree.pointers import WORDS, span
-from mechdae.equations.tree.sides import literal, side
-from mechdae.equations.tree.skeleton import Skeleton
+from mechdae.equations.tree.skeleton import Skeleton, literal, side
 from mechdae.equations.tree.solid import SPACE
-from mechdae.equations.tree.spanning import Edge, edges
 from mechdae.equations.tree.spatial_frames import (
+    WORDS,
     JointMotion,
     TreeFrame,
     backward,
     by_quaternion,
     forward,
     placed,
+    span,
 )
-from mechdae.equations.tree.spins import Spinning
+from mechdae.equations.tree.spins import Edge, Spinning, edges
+from mechdae.equations.tree.teeth import meshed
 from mechdae.equations.tree.tree_forces import TreeForces
 from mechdae.types import Sym
 

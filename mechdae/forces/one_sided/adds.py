@@ -8,6 +8,6 @@ HERE = "mechdae.forces.one_sided"
 ADDS: Adds = {
     "events of forces": {"one_sided": Added(f"{HERE}.lift_off:along")},
     "notes at rest": {"one_sided": Added(f"{HERE}.lift_off:at_rest")},
-    "watchers": {"one_sided": Added(f"{HERE}.motion:Lifting")},
-    "holding contacts": {"one_sided": Added(f"{HERE}.motion:HoldingContacts")},
+    "watchers": {"one_sided": Added(f"{HERE}.lift_off:Lifting")},
+    "holding contacts": {"one_sided": Added(f"{HERE}.lift_off:HoldingContacts")},
 }

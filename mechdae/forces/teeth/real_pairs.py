@@ -18,14 +18,13 @@ import numpy as np
 
 from mechdae.describe.joints.joint import PRESSURE_ANGLE
 from mechdae.describe.mechanism import Mechanism
-from mechdae.equations.forces.mesh_forces import MeshForces
+from mechdae.equations.forces.generalised import MeshForces
 from mechdae.equations.model import Model
 from mechdae.equations.motion_equations import Released
 from mechdae.equations.reduction import Scene
 from mechdae.equations.tree.teeth import AxesOfMesh, axes_of_mesh
 from mechdae.forces.teeth.mesh import Mesh
-from mechdae.forces.teeth.spatial_mesh import SpatialMesh
-from mechdae.forces.teeth.spatial_teeth import teeth_along
+from mechdae.forces.teeth.spatial_mesh import SpatialMesh, teeth_along
 from mechdae.kernels.run.functions import Batch
 from mechdae.numerics.null_space import ZERO, freedoms
 from mechdae.types import Booleans, Floats, Sym, Unknowns

@@ -22,8 +22,7 @@ from mechdae.equations.forces.feedback import ACROSS
 from mechdae.equations.motion_equations import Released
 from mechdae.equations.structure_cache import StructureCache, forget, structure_property
 from mechdae.kernels.graphs.friction_sizes import first_sizes, miss_of, sizes_by_newton
-from mechdae.kernels.graphs.ldl import Factor, entries
-from mechdae.kernels.graphs.recovery import recovered
+from mechdae.kernels.graphs.linear import Factor, entries, recovered
 from mechdae.kernels.run.functions import Batch, Call, without_repeats
 from mechdae.types import Floats, Graph, Sym, Unknowns
 

@@ -23,10 +23,18 @@ from mechdae.describe.coordinate_kinds import ANGLE, LENGTH
 from mechdae.describe.mechanism import GROUND
 from mechdae.equations.forces.feedback import Feedback, Slip
 from mechdae.equations.forces.friction import Laws, normal_form
-from mechdae.equations.forces.generalised import Wrench, add, power, put, reaction, times
-from mechdae.equations.forces.inertia import inertia, kinetic_energy
+from mechdae.equations.forces.generalised import (
+    MeshForces,
+    Wrench,
+    add,
+    inertia,
+    kinetic_energy,
+    power,
+    put,
+    reaction,
+    times,
+)
 from mechdae.equations.forces.loads import Loads
-from mechdae.equations.forces.mesh_forces import MeshForces
 from mechdae.equations.groups import Group
 from mechdae.equations.model import Model
 from mechdae.equations.reduction import Scene
@@ -66,6 +74,11 @@ class Share:
     feedbacks: list[int]
     forms: list[slice]
 
+    def multipliers(self, push: Wrench) -> dict[int, Any]:
+        """Return the multipliers by row that balance a generalised force."""
+        free = self.solve(ca.vertcat(*[push.get(j, SX(0)) for j in self.columns]))
+        return dict(zip(self.rows, ca.vertsplit(free), strict=True)) if self.rows else {}
+
 
 class Balance:
     """Functions of the balance of a scene.
@@ -92,11 +105,7 @@ class Balance:
     """
 
     def __init__(
-        self,
-        scene: Scene,
-        loads: Loads,
-        laws: Laws,
-        meshes: Mapping[str, MeshForces],
+        self, scene: Scene, loads: Loads, laws: Laws, meshes: Mapping[str, MeshForces]
     ) -> None:
         self.scene: Scene = scene
         self.model: Model = scene.model
@@ -221,17 +230,11 @@ class Balance:
         found = SX.zeros(len(self.feedbacks))
         result = Chain(lam, found, left)
         for share in self.shares:
-            push = ca.vertcat(*[left.get(j, SX(0)) for j in share.columns])
-            free = share.solve(push)
-            value = dict(zip(share.rows, ca.vertsplit(free), strict=True)) if share.rows else {}
+            value = share.multipliers(left)
             feedbacks = [k for k in share.feedbacks if k in used]
             if feedbacks:
-                effects = []
-                for k in feedbacks:
-                    along = self.feedbacks[k].column
-                    effect = share.solve(ca.vertcat(*[along.get(j, SX(0)) for j in share.columns]))
-                    effects.append(dict(zip(share.rows, ca.vertsplit(effect), strict=True)))
                 causes = [self.feedbacks[k].column for k in feedbacks]
+                effects = [share.multipliers(column) for column in causes]
                 start = [self._forms(share, value, k, left) for k in feedbacks]
                 slope = [
                     [
@@ -251,11 +254,10 @@ class Balance:
                     m = [sizes[k] for k in feedbacks]
                 for k, size in zip(feedbacks, m, strict=True):
                     found[k] = size
+                    put(left, size, self.feedbacks[k].column)
                 for i in share.rows:
                     for effect, size in zip(effects, m, strict=True):
                         value[i] = value[i] + effect[i] * size
-                for k, size in zip(feedbacks, m, strict=True):
-                    put(left, size, self.feedbacks[k].column)
             lam.update(value)
             for i in share.rows:
                 put(left, -value[i], self.column[i])

@@ -17,8 +17,7 @@ from typing import Any
 
 import casadi as ca
 
-from mechdae.kernels.bounds.series import plus, product
-from mechdae.kernels.bounds.symbolic_series import SymbolicSeries, expanded, total
+from mechdae.kernels.bounds.series import SymbolicSeries, expanded, plus, product, total
 from mechdae.kernels.bounds.walk import majorant
 from mechdae.kernels.graphs.blocks import BlockShape, inverse
 from mechdae.kernels.run.functions import without_repeats

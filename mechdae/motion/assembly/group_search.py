@@ -119,7 +119,7 @@ class GroupSearch:
             return put(x, self.blocks[b].own, found[0])
         if not alone:
             return None
-        from mechdae.motion.assembly.spatial.fitted_start import fitted_start
+        from mechdae.motion.assembly.spatial.drawn_pose import fitted_start
 
         start = fitted_start(self.assembler.sketched, b, x, u)
         return None if start is None else own_pose(self.assembler.sketched, b, x, u, start)

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.equations.tree.pointers import WORDS
+from mechdae.equations.tree.spatial_frames import WORDS
 from mechdae.motion.assembly.elimination import BlockSolver
 from mechdae.motion.assembly.other_forms import Solutions
 from mechdae.motion.modules.catalogue import MODULES

@@ -16,7 +16,7 @@ from mechdae.kernels.graphs.steps import Graphs
 from mechdae.kernels.run.functions import Call
 from mechdae.kernels.run.high_precision import LONG, NoDecimals, decimals, evaluate, exactly
 from mechdae.motion.setup.scales import Constants
-from mechdae.numerics.least_squares import solve
+from mechdae.numerics.null_space import solve
 from mechdae.records import dataclass
 from mechdae.types import Floats, Graph, Jacobian, Matrix, Unknowns
 

@@ -10,8 +10,7 @@ import numpy as np
 
 from mechdae.errors import InputError, UnknownName
 from mechdae.motion.modules.catalogue import MODULES, WORDS
-from mechdae.motion.modules.places import candidates
-from mechdae.motion.modules.sets import Vector3
+from mechdae.motion.modules.places import Vector3, candidates
 from mechdae.records import dataclass
 from mechdae.types import Floats, Integers, Matrices, Matrix
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mechdae.errors import InputError
-from mechdae.numerics.arms import parallel, wrists
+from mechdae.numerics.arms import wrists
 from mechdae.numerics.arms.certified import certified, off_target
 from mechdae.numerics.arms.chain import AXES, Arm, frames, is_rotation, mirrored, mirrored_hands
 from mechdae.numerics.arms.eliminant import MOST, OPEN, all_poses
@@ -241,8 +241,8 @@ def _closed_form(links: Matrix) -> tuple[ClosedForm | None, bool]:
     at = wrists.wrist_at(links)
     if at:
         return wrists.wrist_poses, at < 0
-    at = parallel.parallel_at(links)
-    return (parallel.parallel_poses if at else None), at < 0
+    at = wrists.parallel_at(links)
+    return (wrists.parallel_poses if at else None), at < 0
 
 
 Found = tuple[Matrices, Matrix, Texts, Integers]

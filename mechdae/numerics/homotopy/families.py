@@ -1,17 +1,27 @@
-"""Families of equations F(x; p) = 0 with complex numbers p: straight and bent ways, round trips."""
+"""Families F(x; p) = 0 with complex p: ways and round trips, ends at infinity, the trace test.
+
+The trace test: whether all points of a curve on a hyperplane are known.
+
+The hyperplanes of a pencil, s = value / scale with two linear forms of the coordinates of a curve,
+meet an irreducible curve in points whose coordinates, divided by the second form, add up to a
+linear function of s. The sum over a part of the points is none: going round in s leads from known
+points to unknown ones, and the sum is not the same again. So three parallel hyperplanes decide
+(Sommese, Verschelde & Wampler 2002; Leykin, Rodriguez & Sottile 2018).
+"""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
 from mechdae.numerics.homotopy.tracker import System, track
-from mechdae.types import Complexes, Floats
+from mechdae.records import dataclass
+from mechdae.types import Booleans, Complexes, Floats
 
 if TYPE_CHECKING:
     from numpy.random import Generator
-
 
 CLOSE = 1e-8
 """Last Newton step of an end that is a simple solution, by its size."""
@@ -87,3 +97,104 @@ def round_trip(family: Family, p: Complexes, x: Complexes, generator: Generator)
     if not len(out):
         return x
     return united(family, x, there(arrived(way(family, middle, p, bend), out)))
+
+
+LINEAR = 1e-6
+"""Largest second difference of a linear trace, by the largest change of its points."""
+TRIES = 4
+
+
+@dataclass(frozen=True)
+class TraceTest:
+    """How many points were ``followed`` to both hyperplanes, and how ``bent`` their trace is.
+
+    ``bent`` is the second difference by the sum of the sizes of its points; 1 where paths were
+    lost.
+    """
+
+    followed: int
+    bent: float
+
+    @property
+    def linear(self) -> bool:
+        """Whether the points are all there are."""
+        return self.bent <= LINEAR
+
+
+def trace_test(
+    pencil: Callable[[complex, complex], System],
+    x: Complexes,
+    coordinates: Callable[[Any], Any],
+    generator: Generator,
+    step: float = 1.0,
+) -> TraceTest:
+    """Test whether the points (n, k) of a curve at s = 0 are all.
+
+    `pencil`: (s0, s1) -> equations with hyperplanes from s0 to s1. `coordinates`: of points (n, k):
+    general linear forms (n, q) by the second form of the pencil. `step`: size of s.
+    """
+    best = TraceTest(0, 1.0)
+    for _ in range(TRIES):
+        s = step * np.exp(2j * np.pi * generator.random())
+        sides = [arrived(pencil(0, side), x) for side in (s, -s)]
+        good = np.isfinite(np.concatenate(sides, axis=1)).all(axis=1)
+        if int(good.sum()) < len(x):
+            best = max(best, TraceTest(int(good.sum()), 1.0), key=lambda test: test.followed)
+            continue
+        values = [coordinates(points) for points in (sides[0], x, sides[1])]
+        second = np.abs(values[0].sum(axis=0) - 2 * values[1].sum(axis=0) + values[2].sum(axis=0))
+        sizes = sum(np.abs(value - values[1]).sum(axis=0) for value in (values[0], values[2]))
+        return TraceTest(len(x), float((second / sizes).max()))
+    return best
+
+
+DECADES = (3, 4, 5, 6)
+"""The way is followed to 1 - 10^-k of its length."""
+LEAST = 0.04
+"""Least power of what is left with which a solution grows that goes to infinity."""
+STEADY = 0.25
+"""Share by which that power may change from one decade to the next."""
+NEAR = 1e-2
+"""Change in a decade, by its size, below which a solution stays finite."""
+
+
+@dataclass(frozen=True)
+class FarEnds:
+    """Of paths that do not arrive: which go to infinity, which to a finite solution; (n,) each.
+
+    Paths that are neither are lost.
+    """
+
+    infinite: Booleans
+    finite: Booleans
+
+
+def far_ends(system: System, x: Complexes) -> FarEnds:
+    """Return where paths of solutions (n, k) at t = 0 go that do not arrive at t = 1.
+
+    Two steady powers in a row are evidence, no proof.
+    """
+    places, good, begun = [], np.ones(len(x), bool), 0.0
+    for k in DECADES:
+        stop = 1 - 10.0**-k
+        ends = track(_part(system, begun, stop), x, relative=True)
+        good &= ends.followed
+        x, begun = np.where(good[:, None], ends.x, x), stop
+        places.append(x)
+    with np.errstate(all="ignore"):
+        sizes = np.array([np.abs(place).max(axis=1) for place in places])
+        powers = np.diff(np.log10(sizes), axis=0)
+        steady = np.abs(powers[2] - powers[1]) <= STEADY * powers[2]
+        change = np.abs(places[3] - places[2]).max(axis=1) / (1 + sizes[3])
+    infinite = good & (powers[1:] >= LEAST).all(axis=0) & steady
+    return FarEnds(infinite, good & ~infinite & (change < NEAR))
+
+
+def _part(system: System, start: float, end: float) -> System:
+    """Return a part of a way, from t = 0 to 1."""
+
+    def part(x: Complexes, t: Floats) -> tuple[Complexes, Complexes, Complexes]:
+        F, J, rate = system(x, start + t * (end - start))
+        return F, J, rate * (end - start)
+
+    return part

@@ -17,9 +17,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mechdae.numerics.homotopy.generic_count import LARGEST, generic_count
-from mechdae.numerics.homotopy.loops import walk
-from mechdae.numerics.homotopy.sliding_count import sliding_count
+from mechdae.numerics.homotopy.generic_count import LARGEST, generic_count, sliding_count, walk
 from mechdae.records import dataclass
 from mechdae.types import Complexes, Floats, Integers
 

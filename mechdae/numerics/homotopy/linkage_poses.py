@@ -8,8 +8,7 @@ import numpy as np
 
 from mechdae.numerics.homotopy.certified_poses import apart, certify
 from mechdae.numerics.homotopy.linkage import ComplexDimensions, straight
-from mechdae.numerics.homotopy.monodromy import different, followed, within_a_turn
-from mechdae.numerics.homotopy.stored_instances import Instance
+from mechdae.numerics.homotopy.stored_instances import Instance, different, followed, within_a_turn
 from mechdae.records import dataclass
 from mechdae.types import Matrix
 

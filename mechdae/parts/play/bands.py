@@ -31,8 +31,7 @@ from mechdae.errors import UnavailableError
 from mechdae.kernels.bounds.intervals import SLOTS, Floors, enclosure
 from mechdae.kernels.bounds.walk import ROUNDOFF
 from mechdae.kernels.run.functions import Batch
-from mechdae.parts.play.gaps import JointGap, support
-from mechdae.parts.play.loads import multipliers
+from mechdae.parts.play.gaps import JointGap, multipliers, support
 from mechdae.records import dataclass
 from mechdae.types import Booleans, Floats, Graph, Sym
 

@@ -4,6 +4,12 @@ With clearance the equations of a joint, second body minus first, are Phi = w fo
 W that is convex and symmetric: a disc of a pin in its bush, an interval of a pin in a slot and of
 teeth, a rhombus of the offset n and the tilt t of a block in its guide. What a set does to a linear
 form a w is its support function, the largest value there.
+
+Which side of its gap each joint lies on under load.
+
+A reaction holds a joint at the point of its gap where reaction times offset is least: it acts
+against the offset. To first order outputs move by their linear forms there. The reactions are
+those of the pose without play; the angle of friction in a pin is not counted.
 """
 
 from __future__ import annotations
@@ -17,10 +23,11 @@ import numpy as np
 
 from mechdae.describe import Mechanism
 from mechdae.describe.joints.joint import Joint
-from mechdae.equations.model import Row
+from mechdae.equations.model import Model, Row
 from mechdae.errors import MechanismError
 from mechdae.records import dataclass
-from mechdae.types import Floats, Sym
+from mechdae.results import Named
+from mechdae.types import Booleans, Floats, Sym
 
 KEYS = ("clearance", "backlash", "backlash_angle")
 """Keys of joints that give a gap."""
@@ -186,3 +193,54 @@ def _check_size(mechanism: Mechanism, joint: Joint, key: str, size: float) -> No
                 f"{length:g} m: it has to be smaller than the link",
                 where=f"joints.{joint.name}.{key}",
             )
+
+
+SX = ca.SX
+
+
+def multipliers(model: Model, joint: str, parts: Sequence[str]) -> Sym:
+    """Return what of the reaction (Fx, Fy, M) on the second body opens each row, (rows, 3)."""
+    ends = model.ends[joint]
+
+    def along(direction: Sym) -> Sym:
+        return ca.horzcat(direction.T, SX(1, 1))
+
+    def of(part: str) -> Sym:
+        if part in "xy":
+            return SX.eye(3)["xy".index(part), :]
+        if part == "n":
+            return along(ends.normal())
+        if part == "turn":
+            return SX.eye(3)[2, :]
+        if ends.joint.wheels == 2:
+            return SX.eye(3)[2, :] / ends.number("ratio")
+        a = ends.number("axis")
+        return along(ends.second.direction(ca.vertcat(ca.cos(a), ca.sin(a))))
+
+    return ca.densify(ca.vertcat(*[of(part) for part in parts]))
+
+
+def offsets(gaps: Sequence[JointGap], directions: Sequence[Floats], joints: Named) -> list[Floats]:
+    """Return where the reactions hold each joint, (n, rows) by gap.
+
+    Parameters
+    ----------
+    directions
+        By gap, (n, 3 rows), what `multipliers` gives.
+    joints
+        Of a result with reactions.
+    """
+    found = []
+    for gap, direction in zip(gaps, directions, strict=True):
+        reaction = joints[gap.joint].reaction
+        matrix = direction.reshape(len(direction), 3, -1).transpose(0, 2, 1)
+        found.append(gap.pressed((matrix @ reaction[..., None])[..., 0]))
+    return found
+
+
+def reversals(offset: Floats) -> Booleans:
+    """Return where offsets (n, rows) change sides from one pose to the next, (n,)."""
+    turned = np.zeros(len(offset), bool)
+    with np.errstate(invalid="ignore"):
+        turned[1:] = (offset[1:] * offset[:-1]).sum(axis=1) < 0
+    return turned

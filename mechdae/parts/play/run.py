@@ -14,8 +14,7 @@ from mechdae.motion.kinematics.prepared import prepare
 from mechdae.motion.kinematics.report import report
 from mechdae.motion.kinematics.sweep import run
 from mechdae.parts.play.bands import BandGraphs, Bands, bands
-from mechdae.parts.play.gaps import JointGap, gaps_of, support
-from mechdae.parts.play.loads import offsets, reversals
+from mechdae.parts.play.gaps import JointGap, gaps_of, offsets, reversals, support
 from mechdae.parts.play.task import Play
 from mechdae.records import dataclass
 from mechdae.results import FINE, LazyPart, Named, Series, SweepResult, among

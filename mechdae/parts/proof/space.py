@@ -13,7 +13,7 @@ from mechdae.describe.joints.bearings import bearings
 from mechdae.describe.joints.spatial import AXES, SpatialJoint, largest
 from mechdae.describe.spinning_links import Spin
 from mechdae.equations.reduction import Scene
-from mechdae.equations.tree.pointers import WORDS
+from mechdae.equations.tree.spatial_frames import WORDS
 from mechdae.errors import UnavailableError
 from mechdae.motion.setup.angular_rates import quaternions
 from mechdae.parts.proof.checker.space import SIDES

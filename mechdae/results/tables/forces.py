@@ -11,7 +11,8 @@ import numpy as np
 from mechdae.results import Result, ShownUnit, Units, effort_unit, reaction_parts
 from mechdae.results.series import Summary
 from mechdae.results.tables.text import MOST, Column, cells, driver_value, fact, moves, together
-from mechdae.types import Floats, Matrix, Points, Reactions
+from mechdae.results.units import WEAR
+from mechdae.types import Floats, Json, Matrix, Points, Reactions
 
 FRICTION = {
     "none": "left out",
@@ -213,8 +214,6 @@ def force_facts(result: Result, width: int) -> list[str]:
     unit = "s" if result.time is not None else lead if single else "1"
     lines += _cycle(summary, unit, width, units)
     if "wear" in summary:
-        from mechdae.results.tables.wear import wear_lines
-
         lines += wear_lines(summary["wear"])
     lines += _jams(summary, unit, lead, width, units)
     lines += _margin(summary, lead, width, units)
@@ -403,3 +402,16 @@ def _places(run: list[dict[str, Any]], unit: str, units: Units) -> str:
 
 def _more(key: str, runs: Sequence[object], width: int) -> list[str]:
     return fact(key, f"{len(runs) - MOST} more", width) if len(runs) > MOST else []
+
+
+TITLES = {word: f"{word.replace('_', ' ')} [{unit}]" for word, unit in WEAR.items()}
+
+
+def wear_lines(contacts: dict[str, Json]) -> list[str]:
+    """Return a line for each contact, with a title."""
+    size = max(map(len, contacts))
+    lines = [f"  wear      {'':{size}}  " + "  ".join(TITLES.values())]
+    for name, wear in contacts.items():
+        cells = (f"{wear[word]:>{len(title)}.6g}" for word, title in TITLES.items())
+        lines.append(f"            {name:{size}}  " + "  ".join(cells))
+    return lines

@@ -18,8 +18,7 @@ from mechdae.design.studies.batches.batch import LaneRun, SeriesBatch
 from mechdae.design.studies.batches.poses import AT_ONCE
 from mechdae.design.studies.batches.readings import ForceReading, Reading
 from mechdae.errors import UnknownName
-from mechdae.forces.checks import powers_of
-from mechdae.forces.force_messages import TOLERANCE, about_friction
+from mechdae.forces.force_messages import TOLERANCE, about_friction, powers_of
 from mechdae.forces.friction_branches import FrictionSolutions, some
 from mechdae.forces.inverse_dynamics import FACTOR, InverseDynamics, LoadedPoses
 from mechdae.forces.pose_forces import PoseForces, solved

@@ -9,8 +9,7 @@ from mechdae.design.studies.batches.numbers import numbers_of
 from mechdae.design.studies.batches.poses import Asked
 from mechdae.motion.continuation.evaluate import in_time
 from mechdae.motion.continuation.output_bounds import plain_up_to
-from mechdae.motion.kinematics.one_pose import ProvedPoses
-from mechdae.motion.kinematics.pose_arrays import PoseArrays, of_certified
+from mechdae.motion.kinematics.pose_arrays import PoseArrays, ProvedPoses, of_certified
 from mechdae.types import Booleans, Floats, Integers, Matrix
 
 

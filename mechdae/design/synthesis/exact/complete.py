@@ -11,9 +11,16 @@ from mechdae import __version__
 from mechdae.design.synthesis.exact import coupler_curve as curve
 from mechdae.design.synthesis.exact.conditions import COUNT, DyadConditions, PathConditions
 from mechdae.numerics.homotopy.boxes import Enclosed, apart, enclosed
-from mechdae.numerics.homotopy.families import arrived, round_trip, there, united, way
-from mechdae.numerics.homotopy.far_ends import far_ends
-from mechdae.numerics.homotopy.trace_check import TraceTest, trace_test
+from mechdae.numerics.homotopy.families import (
+    TraceTest,
+    arrived,
+    far_ends,
+    round_trip,
+    there,
+    trace_test,
+    united,
+    way,
+)
 from mechdae.records import dataclass
 from mechdae.types import Booleans, Complexes
 

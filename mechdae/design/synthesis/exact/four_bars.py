@@ -33,7 +33,7 @@ from mechdae.design.synthesis.fourbar.linkage import (
 )
 from mechdae.errors import InputError
 from mechdae.numerics.homotopy.boxes import apart, enclosed
-from mechdae.numerics.homotopy.trace_check import LINEAR
+from mechdae.numerics.homotopy.families import LINEAR
 from mechdae.records import dataclass
 from mechdae.types import Complexes
 

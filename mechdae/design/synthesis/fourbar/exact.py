@@ -24,7 +24,7 @@ from mechdae.design.synthesis.fourbar.linkage import (
 )
 from mechdae.errors import InputError, UnknownName
 from mechdae.numerics.levenberg import DistinctSolutions, Rows, solve_all
-from mechdae.numerics.linear_fits import linear_fit
+from mechdae.numerics.null_space import linear_fit
 from mechdae.records import dataclass
 from mechdae.types import Complexes, Floats, Integers, Matrices, Matrix, Points, Unknowns
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import casadi as ca
 import numpy as np
 
-from mechdae.design.synthesis.fourbar.projection import StartingFourBar, closed_loop, screened
+from mechdae.design.synthesis.fourbar.linkage import StartingFourBar, closed_loop, screened
 from mechdae.design.synthesis.space import DesignSpace
 from mechdae.types import Floats, Graph, Points
 

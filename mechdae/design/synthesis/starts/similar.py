@@ -20,7 +20,7 @@ import numpy as np
 
 from mechdae.design.synthesis.space import DesignSpace
 from mechdae.kernels.run.functions import Batch
-from mechdae.numerics.linear_fits import linear_fit
+from mechdae.numerics.null_space import linear_fit
 from mechdae.types import Booleans, Floats, Integers, Matrices, Sym, Unknowns
 
 if TYPE_CHECKING:

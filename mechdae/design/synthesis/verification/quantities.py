@@ -36,7 +36,7 @@ TOPS, ZOOM, ROUNDS = 3, 17, 3
 """Brackets that are closed in, places in each, how often it is narrowed."""
 
 
-def measured(stated: Stated, claim: Claim, design: DesignFile) -> Worth:
+def of_quantity(stated: Stated, claim: Claim, design: DesignFile) -> Worth:
     """Return the reduced quantity of another task, and where it misses its limits."""
     asked = stated.asked
     assert isinstance(asked, Asked)

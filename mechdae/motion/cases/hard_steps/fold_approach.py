@@ -19,7 +19,7 @@ from mechdae.kernels.graphs.steps import Graphs
 from mechdae.kernels.run.functions import Call
 from mechdae.motion.continuation.limit_positions import Limit, LimitFinder
 from mechdae.motion.setup.scales import Constants
-from mechdae.numerics.least_squares import solve
+from mechdae.numerics.null_space import solve
 from mechdae.records import dataclass
 from mechdae.types import Floats, Unknowns
 

@@ -28,10 +28,9 @@ from mechdae.motion.cases.larger_groups.rigid_parts import (
     place,
     shaped,
 )
-from mechdae.numerics.homotopy.canonical import Canonical
 from mechdae.numerics.homotopy.linkage import ComplexDimensions, PinLinkage
 from mechdae.numerics.homotopy.linkage_poses import MONODROMY, THEOREM, linkage_poses
-from mechdae.numerics.homotopy.stored_instances import instance_of
+from mechdae.numerics.homotopy.stored_instances import Canonical, instance_of
 from mechdae.types import Complexes, Floats
 
 BASIS = {

@@ -7,5 +7,5 @@ from mechdae.additions import Added, Adds
 HERE = "mechdae.motion.cases.laws"
 ADDS: Adds = {
     "driver plans": {"laws": Added(f"{HERE}.laws:by_laws")},
-    "courses": {"several drivers": Added(f"{HERE}.several_drivers:on_course")},
+    "courses": {"several drivers": Added(f"{HERE}.laws:on_course")},
 }

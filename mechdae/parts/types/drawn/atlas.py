@@ -16,8 +16,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
 
 from mechdae.draw import style
-from mechdae.parts.types.chains.mechanisms import letters
-from mechdae.parts.types.chains.places import joint_places, link_places
+from mechdae.parts.types.chains.mechanisms import joint_places, letters, link_places
 from mechdae.types import Points
 
 if TYPE_CHECKING:

@@ -17,8 +17,7 @@ from mechdae.errors import InputError, MechdaeError, UnknownName
 from mechdae.numerics.dominance import undominated
 from mechdae.parts.types.chains.variants.scheme import Variant, planar
 from mechdae.parts.types.ranking.batch import Values, valued
-from mechdae.parts.types.ranking.grades import Grades
-from mechdae.parts.types.ranking.judges import Judgment, judged
+from mechdae.parts.types.ranking.judges import Grades, Judgment, judged
 from mechdae.parts.types.ranking.variants import first_sweep, variants
 from mechdae.records import dataclass, public
 from mechdae.types import Floats

@@ -13,9 +13,8 @@ import numpy as np
 
 from mechdae.parts.types.described.composition import CompositionDemand
 from mechdae.parts.types.schemes.aims import ANGLE, SLIDE, Aim
-from mechdae.parts.types.schemes.closure import turned
+from mechdae.parts.types.schemes.closure import Moved, turned, turning
 from mechdae.parts.types.schemes.scheme import DYAD, SLIDER, SWING, Scheme, output_points
-from mechdae.parts.types.schemes.slides import Moved, turning
 from mechdae.records import dataclass
 from mechdae.types import Complexes, Floats, Matrix
 

@@ -9,12 +9,10 @@ import numpy as np
 
 from mechdae.parts.types.described.composition import CompositionDemand
 from mechdae.parts.types.schemes.aims import ANGLE, CURVE, PATH, Aim
-from mechdae.parts.types.schemes.closure import turned
+from mechdae.parts.types.schemes.closure import Moved, turned, turning
 from mechdae.parts.types.schemes.scheme import SLIDER, Scheme, output_points, pivot_of
 from mechdae.parts.types.schemes.shape import POINTS, Wanted, centred, fitted, resampled
-from mechdae.parts.types.schemes.slides import Moved, turning
-from mechdae.parts.types.schemes.targets.functions import function_errors
-from mechdae.parts.types.schemes.targets.visits import visited
+from mechdae.parts.types.schemes.targets.visits import function_errors, visited
 from mechdae.parts.types.schemes.work_items import SizedScheme
 from mechdae.records import dataclass
 from mechdae.types import Complexes

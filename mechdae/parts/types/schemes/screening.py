@@ -15,11 +15,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mechdae.parts.types.schemes.aims import ANGLE, PATH, Aim
-from mechdae.parts.types.schemes.closure import SchemeTurn, material
+from mechdae.parts.types.schemes.closure import Moved, SchemeTurn, material, slid, turning
 from mechdae.parts.types.schemes.scheme import CRANK, DYAD, FIXED, RIGID, SLIDER, Scheme, pivot_of
 from mechdae.parts.types.schemes.shape import centred, fitted, resampled
-from mechdae.parts.types.schemes.slides import Moved, slid, turning
-from mechdae.parts.types.schemes.targets.functions import based, measured_gaps, outputs
+from mechdae.parts.types.schemes.targets.visits import based, measured_gaps, outputs
 from mechdae.types import Complexes, Floats
 
 if TYPE_CHECKING:

@@ -18,8 +18,13 @@ from mechdae.parts.types.schemes.losses import LossAsked, losses
 from mechdae.parts.types.schemes.scheme import Scheme, read
 from mechdae.parts.types.schemes.screening import screened_sets
 from mechdae.parts.types.schemes.shape import Wanted, distances
-from mechdae.parts.types.schemes.targets.functions import FunctionFitting, based, function_errors
-from mechdae.parts.types.schemes.targets.visits import VisitFitting, visited
+from mechdae.parts.types.schemes.targets.visits import (
+    FunctionFitting,
+    VisitFitting,
+    based,
+    function_errors,
+    visited,
+)
 from mechdae.records import dataclass
 from mechdae.types import Complexes, Floats
 

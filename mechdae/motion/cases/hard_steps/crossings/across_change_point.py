@@ -26,7 +26,7 @@ from mechdae.motion.cases.hard_steps.crossings.missed import INNER
 from mechdae.motion.continuation.interpolate import quintic_rates
 from mechdae.motion.continuation.step_sizes import PASS
 from mechdae.motion.setup.scales import Constants
-from mechdae.numerics.least_squares import solve
+from mechdae.numerics.null_space import solve
 from mechdae.records import dataclass
 from mechdae.types import Booleans, Floats, Points, Unknowns
 

@@ -19,7 +19,7 @@ from mechdae.kernels.run.high_precision import (
     evaluate,
     exactly,
 )
-from mechdae.numerics.least_squares import solve
+from mechdae.numerics.null_space import solve
 from mechdae.types import Floats, Graph, Matrix, Unknowns
 
 REFINEMENTS = 4
