@@ -20,6 +20,7 @@ from mechdae.describe.vectors.nodes import (
     TAIL,
     Merged,
     check_loops,
+    check_names,
     check_node,
     check_tied,
     nodes_of,
@@ -157,7 +158,7 @@ class _Expansion:
             planar_only(vector)
         check_loops(closure.vectors, closure.loops)
         self.merged: Merged = nodes_of(closure.vectors, closure.loops)
-        directions = VectorDirections(closure.vectors, closure.bodies, closure.ground)
+        directions = VectorDirections(closure)
         held = any(GROUND in (j.first_body, j.second_body) for j in closure.joints.values())
         self.links = VectorLinks(directions, closure.loops, self.merged, self.known, held)
         self._check_connected()
@@ -189,18 +190,7 @@ class _Expansion:
     # -- checks ----------------------------------------------------------------------------------
 
     def _check_names(self) -> None:
-        for name in self.closure.vectors:
-            for taken, word in (
-                (self.closure.joints, "joint"),
-                (self.closure.nodes, "node"),
-                ([GROUND], "fixed link"),
-            ):
-                if name in taken:
-                    raise InputError(
-                        f"a {word} is called '{name}' too",
-                        where=f"vectors.{name}",
-                        hint="rename one of them",
-                    )
+        check_names(self.closure, "joint", "node", "fixed link")
         for name in self.closure.nodes:
             if name in self.closure.joints or name in self.closure.bodies:
                 raise InputError(

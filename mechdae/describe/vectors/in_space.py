@@ -19,10 +19,13 @@ from mechdae.describe.vectors.nodes import (
     TAIL,
     Merged,
     check_loops,
+    check_meeting,
+    check_names,
     check_node,
     check_tied,
     in_order,
     nodes_of,
+    place_of,
     reached,
 )
 from mechdae.describe.vectors.values import Closure, Vector, add, components, less
@@ -43,18 +46,12 @@ def points_on_bodies(closure: Closure, merged: Merged) -> dict[str, list[str]]:
             if text is None:
                 continue
             body, point = text.split(".")
-            if body != GROUND and body not in closure.bodies:
-                known = [GROUND, *closure.bodies]
-                raise UnknownName("body", body, known, where=f"vectors.{name}.{word}")
-            points = closure.ground.points if body == GROUND else closure.bodies[body].points
-            if point not in points:
-                known = [f"{body}.{other}" for other in points]
-                raise UnknownName("point", text, known, where=f"vectors.{name}.{word}")
-            if len(points[point]) != 3:
-                place = "ground" if body == GROUND else f"bodies.{body}"
+            place = place_of(text, closure, f"vectors.{name}.{word}")
+            if len(place) != 3:
+                where = "ground" if body == GROUND else f"bodies.{body}"
                 raise InputError(
-                    f"3 coordinates are needed, not {len(points[point])}",
-                    where=f"{place}.points.{point}",
+                    f"3 coordinates are needed, not {len(place)}",
+                    where=f"{where}.points.{point}",
                 )
             ends = found.setdefault(merged.first(f"{name}.{end}"), [])
             if text not in ends:
@@ -138,7 +135,6 @@ PLANAR = (
     "angle", "along", "offset", "axis", "block_axis", "contact_length", "pin_radius", "one_sided",
 )  # fmt: skip
 FRICTION = ("friction", "friction_static")
-GAP = 1e-9
 Place = tuple[Number, ...]
 
 
@@ -258,23 +254,7 @@ class PointLoops:
 
     def _check(self) -> None:
         closure = self.closure
-        for name in closure.vectors:
-            for taken, word in (
-                (closure.joints, "joint"),
-                (closure.bodies, "body"),
-                ([GROUND], "fixed link"),
-            ):
-                if name in taken:
-                    raise InputError(
-                        f"a {word} is called '{name}' too",
-                        where=f"vectors.{name}",
-                        hint="rename one of them"
-                        + (
-                            '; a vector of a body is v = { from = "body.A", to = "body.B" }'
-                            if word == "body"
-                            else ""
-                        ),
-                    )
+        check_names(closure, "joint", "body", "fixed link")
         for name in closure.nodes:
             if name in closure.joints:
                 raise InputError(
@@ -350,22 +330,10 @@ class PointLoops:
             if tail in places:
                 place = tuple(add(a, b) for a, b in zip(places[tail], way, strict=True))
                 if head in places:
-                    self._check_meeting(name, places[head], place)
+                    check_meeting(self.closure.vectors[name], places[head], place, self.known)
                 places.setdefault(head, place)
             else:
                 places[tail] = tuple(less(a, b) for a, b in zip(places[head], way, strict=True))
-
-    def _check_meeting(self, name: str, first: Place, second: Place) -> None:
-        gap = max(
-            abs(evaluate(a, self.known) - evaluate(b, self.known))
-            for a, b in zip(first, second, strict=True)
-        )
-        if gap > GAP * abs(evaluate(self.closure.vectors[name].length or 0.0, self.known)):
-            raise InputError(
-                f"given vectors do not close: '{name}' ends {gap:.6g} m from where others put it",
-                where=f"vectors.{name}",
-                hint="correct one of them, or leave out what the loop has to find",
-            )
 
     def _check_connected(self) -> None:
         bodies = [

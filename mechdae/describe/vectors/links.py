@@ -10,18 +10,23 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import field
 
-from mechdae.describe.expression import evaluate
-from mechdae.describe.mechanism import GROUND, Body, Ground
+from mechdae.describe.mechanism import GROUND
 from mechdae.describe.values import Number
-from mechdae.describe.vectors.nodes import HEAD, TAIL, Merged, in_order, reached
-from mechdae.describe.vectors.values import Vector, add, components, less, plain
+from mechdae.describe.vectors.nodes import (
+    HEAD,
+    TAIL,
+    Merged,
+    check_meeting,
+    in_order,
+    place_of,
+    reached,
+)
+from mechdae.describe.vectors.values import Closure, Vector, add, components, less, plain
 from mechdae.errors import InputError, UnknownName
 from mechdae.records import dataclass
 
 FIXED = ""
 """The direction of what does not turn."""
-GAP = 1e-9
-"""How far given vectors may miss each other, by their lengths."""
 Place = tuple[Number, Number]
 
 
@@ -43,22 +48,15 @@ class Link:
 class VectorDirections:
     """The direction of each vector: what it goes by, and the angle from that."""
 
-    def __init__(
-        self, vectors: Mapping[str, Vector], bodies: Mapping[str, Body], ground: Ground
-    ) -> None:
-        self.vectors = vectors
-        self.bodies = bodies
-        self.ground = ground
+    def __init__(self, closure: Closure) -> None:
+        self.closure = closure
+        self.vectors: Mapping[str, Vector] = closure.vectors
         self._known: dict[str, tuple[str, Number]] = {}
-        for name in vectors:
+        for name in self.vectors:
             self._find(name, ())
 
     def __getitem__(self, name: str) -> tuple[str, Number]:
         return self._known[name]
-
-    def points(self, body: str) -> Mapping[str, tuple[Number, ...]]:
-        """Return the points of a body that is described by itself."""
-        return self.ground.points if body == GROUND else self.bodies[body].points
 
     def _find(self, name: str, before: tuple[str, ...]) -> tuple[str, Number]:
         if name in before:
@@ -80,20 +78,12 @@ class VectorDirections:
         return self._known[name]
 
     def _segment(self, vector: Vector, place: str) -> tuple[str, Number]:
-        body = str(vector.body)
-        if body != GROUND and body not in self.bodies:
-            raise UnknownName("body", body, [GROUND, *self.bodies], where=f"{place}.from")
-        places = []
-        for word, text in (("from", str(vector.from_)), ("to", str(vector.to))):
-            point = text.split(".")[1]
-            if point not in self.points(body):
-                known = [f"{body}.{other}" for other in self.points(body)]
-                raise UnknownName("point", text, known, where=f"{place}.{word}")
-            places.append(self.points(body)[point])
+        ends = (("from", str(vector.from_)), ("to", str(vector.to)))
+        places = [place_of(text, self.closure, f"{place}.{word}") for word, text in ends]
         (x1, y1), (x2, y2) = places
         x, y = less(x2, x1), less(y2, y1)
         angle = 0.0 if y == 0 and isinstance(x, float) and x > 0 else f"atan2({y}, {x})"
-        return FIXED if body == GROUND else f"@{body}", plain(angle)
+        return FIXED if vector.body == GROUND else f"@{vector.body}", plain(angle)
 
 
 class VectorLinks:
@@ -158,7 +148,7 @@ class VectorLinks:
             for end, text in ((TAIL, vector.from_), (HEAD, vector.to)):
                 if text is not None and vector.body == body:
                     point = text.split(".")[1]
-                    x, y = self.directions.points(body)[point]
+                    x, y = self.directions.closure.points(body)[point]
                     found[self.node(f"{name}.{end}")] = (point, (x, y))
         return found
 
@@ -266,25 +256,9 @@ class VectorLinks:
             own = link.places[tail]
             place = (add(own[0], x), add(own[1], y))
             if head in link.places:
-                self._check_meeting(name, link.places[head], place)
+                check_meeting(self.vectors[name], link.places[head], place, self.known)
             else:
                 link.places[head] = place
         else:
             own = link.places[head]
             link.places[tail] = (less(own[0], x), less(own[1], y))
-
-    def _check_meeting(self, name: str, first: Place, second: Place) -> None:
-        """Raise for a loop of given vectors that does not close."""
-        gaps = [
-            evaluate(a, self.known) - evaluate(b, self.known)
-            for a, b in zip(first, second, strict=True)
-        ]
-        gap = max(map(abs, gaps))
-        length = self.vectors[name].length
-        assert length is not None
-        if gap > GAP * abs(evaluate(length, self.known)):
-            raise InputError(
-                f"given vectors do not close: '{name}' ends {gap:.6g} m from where others put it",
-                where=f"vectors.{name}",
-                hint="correct one of them, or leave out what the loop has to find",
-            )

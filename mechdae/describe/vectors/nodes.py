@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Container, Iterable, Mapping
+from collections.abc import Container, Iterable, Mapping, Sequence
 
-from mechdae.describe.vectors.values import Node, Vector
+from mechdae.describe.expression import evaluate
+from mechdae.describe.mechanism import GROUND
+from mechdae.describe.values import Number
+from mechdae.describe.vectors.values import Closure, Node, Vector
 from mechdae.errors import InputError, MechdaeError, UnknownName
 
 TAIL, HEAD = "tail", "head"
+GAP = 1e-9
+"""How far given vectors may miss each other, by their lengths."""
 
 
 class Merged:
@@ -92,6 +97,49 @@ def meeting(
         for (_, end), (start, _) in zip(ends, [*ends[1:], ends[0]], strict=True):
             merged.merge(end, start)
     return merged
+
+
+def check_meeting(
+    vector: Vector, first: Sequence[Number], second: Sequence[Number], known: Mapping[str, float]
+) -> None:
+    """Raise for a loop of given vectors that does not close: two places of the end of one."""
+    both = zip(first, second, strict=True)
+    gap = max(abs(evaluate(a, known) - evaluate(b, known)) for a, b in both)
+    if gap > GAP * abs(evaluate(vector.length or 0.0, known)):
+        raise InputError(
+            f"given vectors do not close: '{vector.name}' ends {gap:.6g} m from where others "
+            "put it",
+            where=f"vectors.{vector.name}",
+            hint="correct one of them, or leave out what the loop has to find",
+        )
+
+
+def check_names(closure: Closure, *words: str) -> None:
+    """Raise for vectors that are called like a joint, a node, a body or the fixed link."""
+    taken: dict[str, Container[str]] = {
+        "joint": closure.joints, "node": closure.nodes, "body": closure.bodies,
+        "fixed link": (GROUND,),
+    }  # fmt: skip
+    for name in closure.vectors:
+        for word in words:
+            if name in taken[word]:
+                more = '; a vector of a body is v = { from = "body.A", to = "body.B" }'
+                raise InputError(
+                    f"a {word} is called '{name}' too",
+                    where=f"vectors.{name}",
+                    hint="rename one of them" + (more if word == "body" else ""),
+                )
+
+
+def place_of(text: str, closure: Closure, where: str) -> tuple[Number, ...]:
+    """Return the place of a point ``body.point`` in its body, or raise `UnknownName`."""
+    body, point = text.split(".")
+    if body != GROUND and body not in closure.bodies:
+        raise UnknownName("body", body, [GROUND, *closure.bodies], where=where)
+    points = closure.points(body)
+    if point not in points:
+        raise UnknownName("point", text, [f"{body}.{name}" for name in points], where=where)
+    return points[point]
 
 
 def check_node(name: str, node: Node, vectors: Mapping[str, Vector]) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import field
 from typing import Any
 
@@ -137,6 +138,11 @@ class Closure:
     ends: Table[tuple[str, str]] = field(default_factory=Table)
     aliases: Table[str] = field(default_factory=Table)
     directions: Table[tuple[str, Number]] = field(default_factory=Table)
+
+    def points(self, body: str) -> Mapping[str, tuple[Number, ...]]:
+        """Return the points of a body, or of the ground, that is described by itself."""
+        points: Mapping[str, tuple[Number, ...]] = (self.bodies.get(body) or self.ground).points
+        return points
 
 
 RIGHT_ANGLE = math.pi / 2
