@@ -11,7 +11,7 @@ import pytest
 
 import mechdae as md
 from mechdae.describe.file.library import names
-from mechdae.parts.page import link
+from mechdae.parts.page import document, link
 from mechdae.parts.page.document import KINDS
 from tests.shared.command import run
 from tests.shared.live import in_page, places_of
@@ -27,12 +27,27 @@ LIVE = ["four-bar-crank-rocker", "gorshkov-seven-link", "jansen-leg", "four-bar-
 
 
 def test_a_page_is_the_same_each_time_and_reads_back(tmp_path):
-    first, second = md.page("four-bar-crank-rocker"), md.page("four-bar-crank-rocker")
-    assert first.html == second.html
+    first = md.page("four-bar-crank-rocker")
+    document._page.cache_clear()
+    assert first.html == md.page("four-bar-crank-rocker").html
     file = first.save(tmp_path / "page.html")
     data = {key: value for key, value in first.data.items() if key not in link.STORED}
     assert data_of(file) == json.loads(json.dumps(data))
     assert [path.name for path in tmp_path.iterdir()] == ["page.html"]
+
+
+def test_a_page_is_built_once(monkeypatch):
+    """The same task again is the same page; with another number, language or unit it is not."""
+    first = md.page("four-bar-crank-rocker", units="cm")
+
+    def built(*given):
+        raise AssertionError
+
+    monkeypatch.setattr(document, "_followed", built)
+    assert md.page(md.load("four-bar-crank-rocker"), units="cm") is first
+    for changed in ({"set": {"a_mm": 41}}, {"lang": "ru"}, {"units": "m"}):
+        with pytest.raises(AssertionError):
+            md.page("four-bar-crank-rocker", **{"units": "cm", **changed})
 
 
 def test_a_page_asks_nobody(tmp_path):

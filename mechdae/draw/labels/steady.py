@@ -128,13 +128,35 @@ class SteadyLabels:
                 write_label(sheet, label, spot, text)
 
 
+@dataclass(frozen=True)
+class MovingPlaces:
+    """Places of a label that moves with an anchor: at poses by their index, ways from the anchor.
+
+    ``spots`` are (poses, places, 2), ``costs`` in themselves and what they ``cover`` of the
+    drawing (poses, places).
+    """
+
+    label: layout.Label
+    anchor: Anchor
+    there: list[int]
+    ways: Array
+    spots: Array
+    costs: Array
+    cover: Array
+
+    @property
+    def half(self) -> Array:
+        """Half of the label's width and height."""
+        return np.array([self.label.width, self.label.height]) / 2
+
+
 class LabelCourse(NamedTuple):
-    """Places of a label at poses: what they cost, ways (poses, 3) from an anchor, spots."""
+    """Places of a label at poses: what they cost, of all places, which, at which spots."""
 
     cost: float
-    anchor: Anchor
-    ways: Array
-    spots: list[Array]
+    places: MovingPlaces
+    picks: Array
+    spots: Array
 
 
 def chosen_labels(
@@ -151,40 +173,62 @@ def chosen_labels(
     """
     every = [{label.gid: label for label in row} for row in rows]
     blocks = [Obstacles(*sheet.obstacles(), sheet.size) for sheet in sheets]
-    found, order = [], sorted(range(len(poses)), key=lambda k: poses[k])
+    order = sorted(range(len(poses)), key=lambda k: poses[k])
+    taken, found = np.zeros((0, len(poses), 4)), []
 
-    def course(label: layout.Label, anchor: Anchor, gid: str, there: Sequence[int]) -> LabelCourse:
-        half = np.array([label.width, label.height]) / 2
-        frames = {k: frame_of(sheets[k], poses[k], anchor) for k in there}
-        ways = frames[0].local(label.places)
-        covered, costs, spots = [], [], []
-        for k, frame in frames.items():
-            spots.append(frame.placed(ways))
-            shy = np.full(len(ways), label.own is not None)
-            covered.append(blocks[k].cost(spots[-1], np.broadcast_to(half, ways.shape), shy))
-            now = every[k][gid].label.costs
-            costs.append(label.costs if anchor.turn or len(now) != len(ways) else now)
-        beside = np.array([covered[0], *covered, covered[-1]])
+    def places_of(gid: str, label: layout.Label, anchor: Anchor) -> MovingPlaces:
+        there = [k for k in order if gid in every[k]]
+        frames = [frame_of(sheets[k], poses[k], anchor) for k in there]
+        ways = frames[there.index(0)].local(label.places)
+        now = [every[k][gid].label.costs for k in there]
+        costs = [label.costs if anchor.turn or len(row) != len(ways) else row for row in now]
+        spots = np.array([frame.placed(ways) for frame in frames])
+        cover = np.full(spots.shape[:2], np.nan)
+        return MovingPlaces(label, anchor, there, ways, spots, np.array(costs), cover)
+
+    def look(trials: Sequence[MovingPlaces]) -> None:
+        for k, block in enumerate(blocks):
+            seen = [(own, own.there.index(k)) for own in trials if k in own.there]
+            seen = [(own, i) for own, i in seen if np.isfinite(own.spots[i]).all()]
+            counts = [len(own.ways) for own, _ in seen]
+            if not counts:
+                continue
+            half = np.repeat([own.half for own, _ in seen], counts, axis=0)
+            shy = np.repeat([own.label.own is not None for own, _ in seen], counts)
+            cost = block.cost(np.vstack([own.spots[i] for own, i in seen]), half, shy)
+            for (own, i), part in zip(seen, np.split(cost, np.cumsum(counts)[:-1]), strict=True):
+                own.cover[i] = part
+
+    def course(own: MovingPlaces) -> LabelCourse:
+        cover, low, high = own.cover.copy(), own.spots - own.half, own.spots + own.half
+        for box in taken[:, own.there, None]:
+            shared = np.minimum(high, box[..., 2:]) - np.maximum(low, box[..., :2])
+            share = np.prod(np.maximum(shared, 0.0) / (2 * own.half), axis=-1)
+            cover += (share > 0) * TAKEN * (1.0 + 2.0 * share)
+        beside = np.array([cover[0], *cover, cover[-1]])
         worst = np.max([beside[:-2], beside[1:-1], beside[2:]], axis=0)  # links pass between poses
-        cost, picks = cheapest_course(worst + np.array(costs), ways)
-        at = [spot[i] for spot, i in zip(spots, picks, strict=True)]
-        return LabelCourse(cost, anchor, np.c_[[poses[k] for k in there], ways[picks]], at)
+        cost, picks = cheapest_course(worst + own.costs, own.ways)
+        return LabelCourse(cost, own, picks, own.spots[range(len(picks)), picks])
 
-    for first in sorted(every[0].values(), key=lambda label: label.kind == "number"):
-        there = [k for k in order if first.gid in every[k]]
-        half = np.array([first.label.width, first.label.height]) / 2
-        anchors = anchors_of(first)
-        best = min(
-            (course(first.label, anchor, first.gid, there) for anchor in anchors), key=_price
-        )
-        if best.cost > 2 * layout.POOR * len(there):
-            far = layout.wider(first.label, WIDER, np.inf)
-            more = (course(far, anchor, first.gid, there) for anchor in anchors)
-            best = min(best, *more, key=_price)
-        for k, spot in zip(there, best.spots, strict=True):
-            box = np.array([[*(spot - half), *(spot + half), TAKEN]])
-            blocks[k].areas = np.vstack([blocks[k].areas, box])
-        found.append((first, best.anchor, _glides(best.ways)))
+    labels = sorted(every[0].values(), key=lambda label: label.kind == "number")
+    trials = {
+        own.gid: [places_of(own.gid, own.label, at) for at in anchors_of(own)] for own in labels
+    }
+    look([own for some in trials.values() for own in some])
+    for label in labels:
+        best = min(map(course, trials[label.gid]), key=_price)
+        if best.cost > 2 * layout.POOR * len(best.picks):
+            far = layout.wider(label.label, WIDER, np.inf)
+            more = [places_of(label.gid, far, own.anchor) for own in trials[label.gid]]
+            look(more)
+            best = min(best, *map(course, more), key=_price)
+        box = np.full((1, len(poses), 4), np.inf)
+        half = best.places.half
+        box[0, best.places.there] = np.hstack([best.spots - half, best.spots + half])
+        taken = np.vstack([taken, box])
+        at = [poses[k] for k in best.places.there]
+        ways = np.c_[at, best.places.ways[best.picks]]
+        found.append((label, best.places.anchor, _glides(ways)))
     return SteadyLabels(tuple(found), frame_of)
 
 
@@ -207,14 +251,18 @@ def cheapest_course(costs: Array, ways: Array) -> tuple[float, Array]:
 
     Found by dynamic programming over the poses.
     """
+    least = costs.min(axis=1, keepdims=True)
+    spare = costs.sum(axis=0).min() - least.sum()  # no course is worse than the best that stays
+    able = np.flatnonzero(~((costs - least).min(axis=0) > spare + 1e-4))
+    costs, ways = np.round(costs[:, able], 6), ways[able]
     apart = np.linalg.norm(ways[:, None] - ways[None], axis=-1)
     moves = np.where(apart > 0, MOVES[0], 0.0) + MOVES[1] * apart
-    total, came = np.round(costs[0], 6), []
+    total, came = costs[0], []
     for row in costs[1:]:
         before = total[:, None] + moves
         came.append(np.argmin(before, axis=0))
-        total = before.min(axis=0) + np.round(row, 6)
+        total = before[came[-1], range(len(able))] + row
     picks = [int(np.argmin(total))]
     for back in reversed(came):
         picks.append(int(back[picks[-1]]))
-    return float(total.min()), np.array(picks[::-1])
+    return float(total.min()), able[picks[::-1]]

@@ -257,18 +257,21 @@ def depths(item: Item, places: Array) -> Array:
     return plane
 
 
-def draw_items(sheet: Sheet, items: Sequence[Item]) -> None:
+def draw_items(sheet: Sheet, items: Sequence[Item], ordered: bool = True) -> None:
     """Draw items, near ones over far ones, with gaps where a line passes behind another.
 
     Faces of bodies are below all else: lines behind those of another body are dashed there.
+    What only labels are to keep off need not be ``ordered``.
     """
-    order = sorted(depth_order(items), key=lambda k: not items[k].is_face)
+    order = depth_order(items) if ordered else list(range(len(items)))
+    order.sort(key=lambda k: not items[k].is_face)
     step = (LAST - FIRST) / (len(items) + 1)
     faces = [item for item in items if item.is_face]
     for rank, k in enumerate(order):
         item, z = items[k], FIRST + rank * step
         if item.bridges and not item.closed:
-            for gap in gaps(item, [items[j] for j in order[:rank]]):
+            behind = [items[j] for j in order[:rank]] if ordered else []
+            for gap in gaps(item, behind):
                 if any(within(gap, face.points[:, :2]).any() for face in faces):
                     continue  # the line behind is seen by its dashes
                 width = item.width + 2 * GAP

@@ -165,13 +165,14 @@ def draw_in_space(
     index: int,
     shown: SpatialView,
     words: Words,
+    ordered: bool = True,
 ) -> tuple[Links, list[Writing], list[Mark]]:
     """Draw one pose without labels; return links, labels to be placed, and loads."""
     pose, items, links = items_of(sheet, scene, result, index, shown)
     loads = SpatialLoads(pose, result, words, shown.peak) if shown.loads else None
     if loads is not None:
         items += loads.arrows()
-    draw_items(sheet, items)
+    draw_items(sheet, items, ordered)
     marks = loads.flat() if loads is not None else []
     names = vector_names(pose)
     turning = any(name in scene.turns for name in scene.mechanism.bodies)
@@ -232,7 +233,7 @@ def steady_in_space(
     assert shown.bounds is not None
     sheets = [Sheet(None, *shown.bounds[:2], larger=shown.larger) for _ in poses]
     rows = [
-        draw_in_space(sheet, scene, result, k, shown, words)[1]
+        draw_in_space(sheet, scene, result, k, shown, words, ordered=False)[1]
         for sheet, k in zip(sheets, poses, strict=True)
     ]
 

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import base64
 import html
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import fields, replace
+from functools import lru_cache
 from pathlib import Path as FilePath
 from typing import Any
 
@@ -38,6 +39,8 @@ CHECKS = 12
 """Poses at which the page compares itself with Python when it is opened."""
 MOST_RECORDED, FEW = 720, 25
 """Poses that are recorded, of a page that cannot solve, and of one that can."""
+MOST_PAGES = 8
+"""Pages that are not built again when they are wanted again."""
 KINDS = ("sweep", "reactions", "motion")
 """Kinds of tasks that have a page, the first one of a problem is the usual one."""
 LANGUAGES = ("en", "ru")
@@ -146,7 +149,7 @@ def page(
             f"a page shows {', '.join(KINDS)}, not {chosen.kind}", where=f"tasks.{name}"
         )
     names = units.asked if isinstance(units, Units) else units
-    return _page(whole, name, lang, units_of(names, whole.mechanism.units))
+    return _page(whole, name, lang, names, dumps(whole))
 
 
 def _check_again(result: Result) -> None:
@@ -206,8 +209,9 @@ def _loaded(problem: Problem, task: Reactions, lang: str) -> tuple[LoadedRun | N
     return (None, reason) if reason else (found, "")
 
 
-def _page(problem: Problem, name: str, lang: str, units: Units) -> Page:
-    found = _followed(problem, name, lang)
+@lru_cache(maxsize=MOST_PAGES)
+def _page(problem: Problem, name: str, lang: str, asked: str | Sequence[str], file: str) -> Page:
+    units, found = units_of(asked, problem.mechanism.units), _followed(problem, name, lang)
     setting, run, result, task = found.setting, found.run, found.result, found.task
     reason = said(live.why_recorded(setting, run, task), lang, kind=getattr(task, "kind", ""))
     data: Json = {
@@ -218,7 +222,7 @@ def _page(problem: Problem, name: str, lang: str, units: Units) -> Page:
         "task": name,
         "source": problem.source,
         "lang": lang,
-        "file": dumps(problem),
+        "file": file,
         "numbers": plain(problem.mechanism.values()),
         "driver": _driver(result),
         "status": [str(status) for status in result.status],
