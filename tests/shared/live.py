@@ -16,11 +16,12 @@ WEB = Path(link.__file__).parent / "web"
 HARNESS = """
 import {{ readFileSync }} from "node:fs";
 import {{ Session }} from "{session}";
+import {{ Forces }} from "{forces}";
 const data = JSON.parse(readFileSync({data}, "utf8"));
 import {{ scriptOf }} from "{compile}";
 const K = new Function("return " + scriptOf(JSON.parse(readFileSync({tables}, "utf8"))))();
 globalThis.WORDS = {words};
-const session = new Session(data, K);
+const session = new Session(data, K, Forces);
 """
 
 
@@ -37,6 +38,7 @@ def in_page(page: md.Page, body: str, folder: Path):
     tables.write_text(json.dumps(tables_of(page.html)), encoding="utf-8")
     head = HARNESS.format(
         session=(WEB / "session.js").as_posix(),
+        forces=(WEB / "forces.js").as_posix(),
         data=json.dumps(str(data)),
         compile=(WEB / "compile.js").as_posix(),
         tables=json.dumps(str(tables)),

@@ -17,6 +17,7 @@ WEB = Path(link.__file__).parent / "web"
 OPENS = """
 import {{ createInterface }} from "node:readline";
 import {{ Session }} from "{session}";
+import {{ Forces }} from "{forces}";
 import {{ scriptOf }} from "{compile}";
 for await (const line of createInterface({{ input: process.stdin }})) {{
   let answer;
@@ -24,7 +25,7 @@ for await (const line of createInterface({{ input: process.stdin }})) {{
     const {{ data, tables, words, question }} = JSON.parse(line);
     globalThis.WORDS = words;
     const K = new Function("return " + scriptOf(tables))();
-    const session = new Session(data, K);
+    const session = new Session(data, K, Forces);
     answer = {{ found: new Function("session", "data", question)(session, data) }};
   }} catch (error) {{
     answer = {{ error: String(error.stack || error) }};
@@ -43,7 +44,9 @@ class Player:
     def __init__(self, folder: Path) -> None:
         assert NODE is not None
         script = folder / "player.mjs"
-        modules = {name: (WEB / f"{name}.js").as_posix() for name in ("session", "compile")}
+        modules = {
+            name: (WEB / f"{name}.js").as_posix() for name in ("session", "forces", "compile")
+        }
         script.write_text(OPENS.format(**modules), encoding="utf-8")
         self.process = subprocess.Popen(
             [NODE, str(script)], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True

@@ -15,7 +15,7 @@ from mechdae.draw.labels.obstacles import Obstacles
 from mechdae.draw.primitives import Anchor, Array
 from mechdae.draw.sheet import Sheet
 from mechdae.records import dataclass
-from mechdae.types import Floats, Matrix
+from mechdae.types import Floats, Integers, Matrix
 
 POSES = 37
 """Poses in which places of labels are compared."""
@@ -155,7 +155,7 @@ class LabelCourse(NamedTuple):
 
     cost: float
     places: MovingPlaces
-    picks: Array
+    picks: Integers
     spots: Array
 
 
@@ -246,7 +246,7 @@ def _glides(ways: Array) -> Array:
     return np.array(rows)
 
 
-def cheapest_course(costs: Array, ways: Array) -> tuple[float, Array]:
+def cheapest_course(costs: Array, ways: Array) -> tuple[float, Integers]:
     """Return the least cost of a place at each pose, (poses, places), with moves, and the places.
 
     Found by dynamic programming over the poses.

@@ -2,22 +2,25 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
 from mechdae.describe.joints.joint import Joint
 from mechdae.describe.mechanism import GROUND
-from mechdae.draw.diagram.scene import Array, DrawnScene
+from mechdae.draw.diagram.places import JoinedScene
+from mechdae.draw.diagram.scene import Array
 from mechdae.draw.sheet import normal
 
 if TYPE_CHECKING:
+    from mechdae.draw.diagram.scene import DrawnScene
     from mechdae.results import SweepResult
     from mechdae.results.series import Series
 
 
 ZERO = np.zeros(2)
 NAMES = ("velocity", "acceleration")
+SPINS = ("angular_velocity", "angular_acceleration")
 
 
 class Rates:
@@ -31,23 +34,34 @@ class Rates:
         Index of the pose.
     """
 
-    def __init__(self, result: SweepResult, scene: DrawnScene, pose: int) -> None:
+    still: Array = ZERO
+    """The rate of a point that rests,"""
+    fixed: Array = np.zeros(())
+    """and of a body."""
+
+    def __init__(self, result: SweepResult, scene: JoinedScene, pose: int) -> None:
         self.result: SweepResult = result
-        self.scene: DrawnScene = scene
+        self.scene: JoinedScene = scene
         self.pose: int = pose
-        self.spins: dict[str, tuple[float, float]] = {GROUND: (0.0, 0.0)}
-        for body, series in result.bodies.items():
-            rates = [
-                float(series[name][pose]) if name in series else np.nan
-                for name in ("angular_velocity", "angular_acceleration")
-            ]
-            self.spins[body] = (rates[0], rates[1])
+        self.spins: dict[str, list[Array]] = {GROUND: [self.fixed, self.fixed]}
+        self.spins |= {body: self.spin_of(body) for body in scene.mechanism.bodies}
         self.known: dict[str, dict[str, str]] = {name: {} for name in NAMES}
         for reference, series in result.points.items():
             body = reference.split(".")[0]
             for name in NAMES:
                 if name in series and np.isfinite(series[name][pose]).all():
                     self.known[name].setdefault(body, reference)
+
+    def spin_of(self, body: str) -> list[Array]:
+        """Return angular velocity and acceleration of a body, nan where they are not known."""
+        series = self.result.bodies.get(body) or {}
+        return [
+            series[name][self.pose] if name in series else self.fixed + np.nan for name in SPINS
+        ]
+
+    def slides(self, joint: Joint) -> bool:
+        """Whether the second point of a joint moves in the first body."""
+        return joint.normal_force
 
     def has(self, body: str, name: str) -> bool:
         """Whether every point of the body has that rate."""
@@ -72,7 +86,7 @@ class Rates:
         """Return the rate of ``body.point``: that of the result, else by its body."""
         body = reference.split(".")[0]
         if body == GROUND:
-            return ZERO
+            return self.still
         series: Series = self.result.points.get(reference)
         if series is not None and name in series and np.isfinite(series[name][self.pose]).all():
             return np.array(series[name][self.pose], dtype=float)
@@ -81,7 +95,7 @@ class Rates:
     def at(self, body: str, position: Array, name: str) -> Array:
         """Return the rate of the point of a body that is at a position."""
         if body == GROUND:
-            return ZERO
+            return self.still
         base = self.known[name][body]
         start = np.array(self.result.points[base][name][self.pose], dtype=float)
         arm = position - self.place(base)
@@ -91,15 +105,21 @@ class Rates:
 
     def turning(self, body: str, arm: Array) -> Array:
         """Return omega x arm."""
-        return self.spins[body][0] * normal(arm)
+        return self.across(self.spins[body][0], arm)
 
     def centripetal(self, body: str, arm: Array) -> Array:
         """Return the normal acceleration, against the arm."""
-        return -(self.spins[body][0] ** 2) * arm
+        bent: Array = -(self.spins[body][0] ** 2) * arm
+        return bent
 
     def tangential(self, body: str, arm: Array) -> Array:
         """Return epsilon x arm."""
-        return self.spins[body][1] * normal(arm)
+        return self.across(self.spins[body][1], arm)
+
+    def across(self, spin: Array, arm: Array) -> Array:
+        """Return spin x arm."""
+        crossed: Array = spin * normal(arm)
+        return crossed
 
     def sliding(self, joint: Joint, name: str) -> Array | None:
         """Return the rate of the second body's point seen from the first body, if there is one."""
@@ -108,9 +128,8 @@ class Rates:
         if key not in series or not np.isfinite(series[key][self.pose]):
             return None
         angle = self.scene.numbers[f"{joint.name}.axis"]
-        return float(series[key][self.pose]) * self.scene.direction(
-            joint.first_body, angle, self.pose
-        )
+        axis = cast("DrawnScene", self.scene).direction(joint.first_body, angle, self.pose)
+        return float(series[key][self.pose]) * axis
 
     def coriolis(self, joint: Joint) -> Array | None:
         """Return 2 omega x v of the second body's point seen from the first body."""

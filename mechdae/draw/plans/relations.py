@@ -25,7 +25,7 @@ from mechdae.draw.diagram.places import (
     numbers_of,
     places_of,
 )
-from mechdae.draw.diagram.scene import Array, DrawnScene
+from mechdae.draw.diagram.scene import Array
 from mechdae.draw.formulas import Equation, Letter, Sum
 from mechdae.draw.formulas.notations import mathtext, written_letter
 from mechdae.draw.plans.rates import Rates
@@ -94,7 +94,9 @@ class Relation:
         """The terms that do not vanish, that of the start before them."""
         start = self.start
         first = Term("total", Letter(self.symbol, (start.letter,), vector=True), start.value)
-        return tuple(t for t in (first, *self.terms) if float(np.hypot(*t.vector)) > self.still)
+        return tuple(
+            t for t in (first, *self.terms) if float(np.linalg.norm(t.vector)) > self.still
+        )
 
     @property
     def left(self) -> Letter:
@@ -110,7 +112,7 @@ class Relation:
     def gap(self) -> float:
         """How far the terms miss the end."""
         total = self.start.value + np.sum([term.vector for term in self.terms], axis=0)
-        return float(np.hypot(*(total - self.end.value)))
+        return float(np.linalg.norm(total - self.end.value))
 
     @property
     def steps(self) -> tuple[Arrow, ...]:
@@ -135,18 +137,27 @@ class Relations:
         Index of the pose.
     word
         ``"velocity"`` or ``"acceleration"``.
+    rates
+        How velocities of points are made of those of the result, in the plane or in space.
     """
 
     symbol: str
     unit: str
     pole: str
 
-    def __init__(self, result: SweepResult, scene: DrawnScene, pose: int, word: str) -> None:
+    def __init__(
+        self,
+        result: SweepResult,
+        scene: JoinedScene,
+        pose: int,
+        word: str,
+        rates: type[Rates] = Rates,
+    ) -> None:
         self.word: str = word
-        self.scene: DrawnScene = scene
+        self.scene: JoinedScene = scene
         self.pose: int = pose
         self.symbol, self.unit, self.pole = SYMBOLS[word]
-        self.rates: Rates = Rates(result, scene, pose)
+        self.rates: Rates = rates(result, scene, pose)
         self.groups: list[tuple[str, tuple[str, ...]]] = groups_of(result, scene)
         self.order: dict[str, int] = {GROUND: -1} | {
             body: k for k, (_, bodies) in enumerate(self.groups) for body in bodies
@@ -155,7 +166,8 @@ class Relations:
         self.places: list[Place] = places_of(scene, pose)
         self.letters: dict[str, str] = distinct_letters(scene, pose, self.places, self.numbers)
         self.spots: list[Spot] = list(self._spots())
-        self.size: float = max((float(np.hypot(*spot.value)) for spot in self.spots), default=0.0)
+        sizes = (float(np.linalg.norm(spot.value)) for spot in self.spots)
+        self.size: float = max(sizes, default=0.0)
 
     def _spots(self) -> Iterator[Spot]:
         """Yield points of moving bodies in joints, under sliders, and free ones."""
@@ -166,7 +178,11 @@ class Relations:
             yield from self._spot(reference)
         for joint in self.scene.joints(self.pose):
             body = joint.first_body
-            if not joint.normal_force or body == GROUND or not self.rates.has(body, self.word):
+            if (
+                not self.rates.slides(joint)
+                or body == GROUND
+                or not self.rates.has(body, self.word)
+            ):
                 continue
             position = self.rates.place(joint.second)
             letter = f"{self.letters[joint.second]}_{self.numbers[body]}"
@@ -206,7 +222,7 @@ class Relations:
         return self.scene.mechanism.joints[spot.reference]
 
     def _apart(self, one: Spot, other: Spot) -> bool:
-        return float(np.hypot(*(one.position - other.position))) > 0.0
+        return float(np.linalg.norm(one.position - other.position)) > 0.0
 
     def _base(self, own: list[Spot], group: tuple[str, ...]) -> Spot:
         """Return the point a body is known by: shared with the ground or an earlier group."""
@@ -221,8 +237,10 @@ class Relations:
         return min(own, key=rank)
 
     def _meets(self, spot: Spot, group: tuple[str, ...]) -> bool:
-        """Whether a point is shared with another body of its group."""
-        return bool(self.others(spot) & set(group))
+        """Whether a point is shared with another body of its group, or a bar ends there."""
+        bars = (joint for joint in self.scene.mechanism.joints.values() if joint.bar)
+        barred = any(spot.reference in (joint.first, joint.second) for joint in bars)
+        return barred or bool(self.others(spot) & set(group))
 
     def others(self, spot: Spot) -> set[str]:
         """Return the other bodies at the place of a point."""
@@ -268,7 +286,7 @@ class Relations:
             seen = difference if seen is None else seen
             parts = [("sliding", "r", sign * seen)]
             return self._relation(joint.name, start, end, parts, names, gid)
-        turn = np.zeros(2) if turn is None else turn
+        turn = self.rates.still if turn is None else turn
         if joint.on_curve:
             relative = self.rates.of(joint.second, "velocity") - self.rates.at(
                 joint.first_body, under.position, "velocity"
@@ -311,7 +329,7 @@ class Relations:
         return Relation(body, gid, self.symbol, start, end, terms, STILL * self.size)
 
 
-def groups_of(result: SweepResult, scene: DrawnScene) -> list[tuple[str, tuple[str, ...]]]:
+def groups_of(result: SweepResult, scene: JoinedScene) -> list[tuple[str, tuple[str, ...]]]:
     """Return the Assur groups in the order of their computation: name and bodies."""
     listed = result.summary.get("groups")
     if listed:

@@ -14,7 +14,10 @@ from mechdae.describe import GROUND, Mechanism
 from mechdae.describe.coordinates import coordinate
 from mechdae.describe.expression import names_in
 from mechdae.draw.diagram.scene import choose_pose, read_scene
+from mechdae.draw.plans.rates_in_space import RatesInSpace
 from mechdae.draw.plans.relations import Relations, Spot
+from mechdae.draw.space.pose_choice import choose
+from mechdae.draw.space.spatial_scene import read_spatial
 from mechdae.equations.parameters import parameters_of
 from mechdae.motion.kinematics.prepared import Setting
 from mechdae.motion.measures.transmission import dyads
@@ -134,17 +137,20 @@ def _lines(
 
 
 def groups_of(result: Result) -> Json:
-    """Return groups with their vector equations, letters of points and numbers of links; no space.
+    """Return groups with their vector equations, letters of points and numbers of links.
 
     An equation leads from one spot to another, on a link or past the slide of a ``joint``; a spot
     is a body, its point or the joint under whose second point it is, and a letter.
     """
+    sweep = cast("SweepResult", result)
     if result.mechanism.dimension == 3:
-        return {"groups": []}
-    scene = read_scene(result)
-    relations = Relations(
-        cast("SweepResult", result), scene, choose_pose(scene, result.kind), "velocity"
-    )
+        space = read_spatial(sweep)
+        pose = choose(space, result.kind, None, None)[0]
+        relations = Relations(sweep, space, pose, "velocity", RatesInSpace)
+    else:
+        flat = read_scene(result)
+        relations = Relations(sweep, flat, choose_pose(flat, result.kind), "velocity")
+    scene = relations.scene
 
     def listed(spot: Spot) -> list[str]:
         return [spot.body, spot.reference, spot.letter]

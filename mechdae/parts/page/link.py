@@ -51,10 +51,12 @@ FRAMES = {MAIN: "page.html", SPATIAL: "page.html", "edit": "edit.html"}
 STYLES = {MAIN: ["page.css"], SPATIAL: ["page.css"], "edit": ["page.css", "lesson.css", "edit.css"]}
 
 
-STORED = ("checks", "recorded")
-"""Data that are packed with the modules: values at poses,"""
+POSES = ("checks", "recorded")
+"""Data that are values at poses,"""
 NUMBERS = ("y", "points", "turns", "angles")
 """under these keys."""
+STORED = (*POSES, "file", "entries", "kernels", "lesson")
+"""Data that are packed with the modules."""
 DRAWN, COMPARED = 22, 15
 """Binary digits of what is only drawn, decimal ones of what is compared."""
 
@@ -77,7 +79,8 @@ def linked(data: Json, kernels: Json | None, main: str = MAIN, drawing: Json | N
         "LOOK": look,
         "KERNELS": kernels,
     }
-    known |= {"SUM": zlib.crc32(inside.encode()), "POSES": _spread(stored)}
+    poses = _spread({key: value for key, value in stored.items() if key in POSES})
+    known |= {"SUM": zlib.crc32(inside.encode()), "STORED": {**stored, **poses}}
     constants = json.dumps(known, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
     total = f"const {{ {', '.join(known)} }} = {constants};\n"
     script = f'"use strict";\n(() => {{\n{total}{modules(main)}}})();\n'

@@ -1,24 +1,31 @@
-/** The vector equations of a pose, group by group: v_C = v_B + v_CB, a_C = a_B + a^n_CB + a^τ_CB, and past slides with Coriolis' term. */
+/** The vector equations of a pose, group by group, in the plane and in space: v_C = v_B + v_CB, a_C = a_B + a^n_CB + a^τ_CB, and past slides with Coriolis' term. */
+import { outer } from "./vectors.js";
 
 /** Vectors shorter than this share of the longest are points. */
 const SILENT = 1e-9;
 const SYMBOL = ["r", "v", "a"];
 
-const across = ([x, y], w) => [-w * y, w * x];
-const sum = (...all) => [0, 1].map((k) => all.reduce((total, own) => total + own[k], 0));
-const minus = (one, two) => [one[0] - two[0], one[1] - two[1]];
+/** What a vector gains by turning with an angular velocity. */
+const across = (arm, w) => (arm.length > 2 ? outer(w, arm) : [-w * arm[1], w * arm[0]]);
+export const sum = (...all) => all[0].map((_, k) => all.reduce((total, own) => total + own[k], 0));
+export const minus = (one, two) => one.map((value, k) => value - two[k]);
+export const moment = ([x, y], [fx, fy]) => x * fy - y * fx;
+const inner = (one, two) => one.reduce((total, value, k) => total + value * two[k], 0);
 
 /** Places and rates of the spots of a pose, and its equations. */
 export class Equations {
-  /** @param {any} session @param {any} pose */
-  constructor(session, pose) {
+  /** @param {any} session @param {any} pose @param {(vector: number[]) => number[]} flat as it is seen on the sheet */
+  constructor(session, pose, flat) {
     const { data } = session, { lesson } = data;
     this.places = session.places_of(pose);
-    this.spins = new Map([["ground", [0, 0, 0]]]);
+    this.flat = flat;
+    this.still = new Array(data.scene.dimension).fill(0);
+    const fixed = data.scene.dimension > 2 ? this.still : 0;
+    this.spins = new Map([["ground", [fixed, fixed, fixed]]]);
     this.points = new Map();
     for (const entry of data.entries) {
-      const rates = [0, 1, 2].map((order) => session.inTime(pose, entry.columns, order));
-      if (entry.kind === "bodies") this.spins.set(entry.part, rates.map((own) => (own ? own[0] : NaN)));
+      const rates = [0, 1, 2].map((order) => session.told(pose, entry, order));
+      if (entry.kind === "bodies") this.spins.set(entry.part, rates.map((own) => (own && own.length === 1 ? own[0] : own ?? NaN)));
       else if (entry.kind === "points") this.points.set(entry.part, rates);
     }
     this.base = new Map([...this.points.keys()].map((name) => [name.split(".")[0], name]));
@@ -31,29 +38,32 @@ export class Equations {
 
   /** Where a point of a body is, and its velocity and acceleration. */
   spot([body, reference, letter]) {
-    const under = this.joints.get(reference), place = this.places[under ? under.second : reference] || [NaN, NaN];
-    const rates = [place, ...[1, 2].map((order) => (!under && this.points.has(reference) ? this.points.get(reference)[order] || [NaN, NaN] : this.rate(body, place, order)))];
+    const under = this.joints.get(reference), place = this.places[under ? under.second : reference] || this.still.map(() => NaN);
+    const rates = [place, ...[1, 2].map((order) => (!under && this.points.has(reference) ? this.points.get(reference)[order] || this.still.map(() => NaN) : this.rate(body, place, order)))];
     return { body, reference, letter, rates };
   }
 
   /** The rate of the point of a body that is at a place. */
   rate(body, place, order) {
-    if (body === "ground") return [0, 0];
+    if (body === "ground") return this.still;
     const known = this.points.get(this.base.get(body)), [, w, e] = this.spins.get(body) || [];
-    if (!known || !known[order]) return [NaN, NaN];
+    if (!known || !known[order] || w === undefined) return this.still.map(() => NaN);
     const arm = minus(place, known[0]);
-    return order === 1 ? sum(known[1], across(arm, w)) : sum(known[2], across(arm, e), arm.map((v) => -w * w * v));
+    return order === 1 ? sum(known[1], across(arm, w)) : sum(known[2], across(arm, e), across(across(arm, w), w));
   }
 
   /** An equation with the terms of both orders: kind, letter, vector. */
   equation({ joint, start, end }) {
     const [from, to] = [this.spot(start), this.spot(end)], names = `${to.letter}${from.letter}`;
     const [, w, e] = this.spins.get(to.body) || [], arm = minus(to.rates[0], from.rates[0]);
+    const [v, a] = [1, 2].map((own) => minus(to.rates[own], from.rates[own]));
     let terms;
-    if (!joint) terms = [[], [["relative", "", across(arm, w)]], [["normal", "n", arm.map((v) => -w * w * v)], ["tangential", "τ", across(arm, e)]]];
+    if (!joint && w === undefined) { // spins freely: what is known is along the arm
+      const normal = arm.map((value) => (value * inner(a, arm)) / inner(arm, arm));
+      terms = [[], [["relative", "", v]], [["normal", "n", normal], ["tangential", "τ", minus(a, normal)]]];
+    } else if (!joint) terms = [[], [["relative", "", across(arm, w)]], [["normal", "n", across(across(arm, w), w)], ["tangential", "τ", across(arm, e)]]];
     else {
-      const { first } = this.joints.get(joint), [, rider] = this.spins.get(first.split(".")[0]) || [];
-      const [v, a] = [1, 2].map((own) => minus(to.rates[own], from.rates[own])), turned = across(v, 2 * rider);
+      const { first } = this.joints.get(joint), [, rider] = this.spins.get(first.split(".")[0]) || [], turned = across(v, rider).map((value) => 2 * value);
       terms = [[], [["sliding", "r", v]], [["coriolis", "k", turned], ["sliding", "r", minus(a, turned)]]];
     }
     return { joint, start: from, end: to, arm, terms: terms.map((own, order) => own.map(([kind, high, vector]) => ({ id: `${order}/${kind}/${names}`, kind, order, letter: [SYMBOL[order], names, high], vector }))) };
@@ -72,7 +82,7 @@ export class Equations {
     const size = this.size[order - 1];
     if (!(size > 0)) return null;
     const pole = this.spots.some(({ letter }) => letter === "P") ? "pᵥ" : "p"; // p is the image of P
-    const arrows = [], ends = [{ text: order === 1 ? pole : "π", at: [0, 0] }], lines = [], counts = {};
+    const arrows = [], ends = [{ text: order === 1 ? pole : "π", at: this.still }], lines = [], counts = {}, { flat } = this;
     const add = (id, kind, from, vector, letter) => {
       const to = sum(from, vector);
       if (Math.hypot(...vector) > SILENT * size && !arrows.some((own) => Math.hypot(...minus(own.to, to), ...minus(own.from, from)) < 1e-7 * size)) arrows.push({ id, kind, from, to, letter });
@@ -82,7 +92,7 @@ export class Equations {
     for (const spot of this.spots) {
       if (only !== null && !met.has(spot.letter)) continue;
       const at = spot.rates[order], small = spot.letter.charAt(0).toLowerCase() + spot.letter.slice(1);
-      add(this.whole(spot, order).id, "total", [0, 0], at, this.whole(spot, order).letter);
+      add(this.whole(spot, order).id, "total", this.still, at, this.whole(spot, order).letter);
       const same = ends.find((own) => Math.hypot(...minus(own.at, at)) < 1e-6 * size);
       if (!same) ends.push({ text: small, at });
       else if (!same.text.split(", ").includes(small)) same.text += `, ${small}`;
@@ -103,6 +113,7 @@ export class Equations {
         if (own.length > 2) own.forEach((at, k) => lines.push([at, own[(k + 1) % own.length]]));
       }
     }
-    return { arrows, lines, ends, unit: order === 1 ? "m/s" : "m/s2" };
+    return { arrows: arrows.map((own) => ({ ...own, from: flat(own.from), to: flat(own.to) })), lines: lines.map((own) => own.map(flat)),
+      ends: ends.map(({ text, at }) => ({ text, at: flat(at) })), unit: order === 1 ? "m/s" : "m/s2" };
   }
 }

@@ -1,12 +1,13 @@
-/** How this pose is computed on paper: group after group, positions, velocities, accelerations. */
+/** How this pose is computed on paper: group after group, positions, velocities, accelerations; then forces, the last group first. */
 import { arrow, element } from "./view.js";
+import { minus, moment } from "./equations.js";
 import { lightable } from "./light.js";
 import { find, made, symbol, written } from "./made.js";
 import { sentence, words } from "./words.js";
-import { digits, displayed, quantity } from "./units.js";
+import { digits, displayed, quantity, rateOf } from "./units.js";
 import { drawPlan, planSheet } from "./plans.js";
 
-const ORDERS = ["positions", "velocities_of", "accelerations"];
+const ORDERS = ["positions", "velocities_of", "accelerations", "tab_forces"], FORCES = 3;
 /** Arrows in the diagram: the longest one; half of a line that points slide along [units]. */
 const LONGEST = 62, REACH = 120;
 
@@ -14,7 +15,10 @@ export class Explain {
   /** @param {any} app */
   constructor(app) {
     this.app = app;
-    this.steps = app.data.lesson.groups.flatMap((group, k) => [0, 1, 2].map((order) => ({ k, order })));
+    const { groups } = app.data.lesson;
+    this.flat = app.data.scene.dimension === 2;
+    this.steps = groups.flatMap((group, k) => [0, 1, 2].map((order) => ({ k, order })));
+    if (app.session.forces) this.steps.push(...groups.map((group, k) => ({ k, order: FORCES })).reverse());
     this.step = 0;
     this.layer = element("g", { class: "explained" }, app.diagram.svg);
     const go = (by, key, text) => made("button", { type: "button", title: words(key), "aria-label": words(key), onclick: () => this.go(by) }, text);
@@ -31,22 +35,55 @@ export class Explain {
 
   whole(anew) { if (anew) this.sheet.room = null; }
 
-  /** Nothing of it is drawn where another tab is shown. */
-  clear() { this.layer.replaceChildren(); }
+  /** Nothing of it is drawn where another tab is shown; reactions are not drawn twice. */
+  clear() {
+    this.layer.replaceChildren();
+    this.app.diagram.layers.forces.style.display = "";
+  }
 
   frame() {
-    const { k, order } = this.steps[this.step], equations = this.app.equations();
-    const { app } = this, step = `${this.step + 1}/${this.steps.length}  ${sentence("group", app.data.lesson.groups[k].name)}: ${words(ORDERS[order])}`;
+    const { k, order } = this.steps[this.step], { app } = this, equations = app.equations();
+    const step = `${this.step + 1}/${this.steps.length}  ${sentence("group", app.data.lesson.groups[k].name)}: ${words(ORDERS[order])}`;
     if (step !== this.title.textContent) { this.title.textContent = step; this.sheet.room = null; }
-    const group = equations && equations.groups[k];
+    const group = equations && equations.groups[k], balance = group && order === FORCES ? app.balance() : null;
     this.clear();
-    const there = group && (order ? equations.rated : true);
-    if (app.reading) this.body.replaceChildren(...(there ? this.written(equations, group, order) : [made("p", {}, words("none"))]));
+    app.diagram.layers.forces.style.display = "none";
+    const there = group && (order === FORCES ? balance : order ? equations.rated : true);
+    if (app.reading) this.body.replaceChildren(...(!there ? [made("p", {}, words("none"))] : balance ? this.balanced(balance, k) : this.written(equations, group, order)));
     this.sheet.style.display = order && there ? "block" : "none"; // before it is measured
     if (!there) return;
-    if (order) drawPlan(this.sheet, equations.plan(order, k), "");
-    if (order) this.arrows(equations, group, order);
+    if (order) drawPlan(this.sheet, balance ? balance.plan(k) : equations.plan(order, k), "");
+    if (balance) this.forces(balance, k);
+    else if (order) this.arrows(equations, group, order);
     else this.circles(equations, group);
+  }
+
+  /** The equilibrium of each link of a group: its forces in letters, their sizes and moments, which add up to nothing. */
+  balanced(balance, k) {
+    const { numbers, letters } = this.app.data.lesson, zero = (value, size) => (Math.abs(value) < 1e-9 * size ? 0 : value);
+    return balance.groups[k].flatMap((body) => {
+      const acting = balance.on(body), forced = acting.filter(({ force }) => Math.hypot(...force) > 0), title = made("p", {}, made("b", {}, `${numbers[body]} ${body}`));
+      if (!acting.length) return [title, made("p", {}, words("unloaded"))];
+      const pole = balance.pole(body), about = balance.equations.places[pole];
+      const rows = acting.map((own) => ({ ...own, total: own.couple + moment(minus(own.at, about), own.force) }));
+      const most = Math.max(...rows.map(({ total }) => Math.abs(total))), size = Math.max(...rows.map(({ force }) => Math.hypot(...force)));
+      const place = ({ kind, where, name }) => (where ? written(letters[where] || where.split(".")[1]) : kind === "load" ? name : words(kind === "drive" ? "driver" : "mass_centre"));
+      const cells = ([x, y], total) => [x, y].map((value) => digits(zero(value, size), 5)).concat(digits(zero(total, most), 5)).map((text) => made("td", {}, text));
+      const head = made("tr", {}, ...["vector", "acts_at"].map((key) => made("th", { scope: "col" }, words(key))), ...["F x, N", "F y, N", `M ${written(letters[pole] || pole)}, N·m`].map((text) => made("th", { scope: "col" }, text)));
+      const totals = [0, 1].map((i) => rows.reduce((all, { force }) => all + force[i], 0));
+      return [title, made("p", { class: "formula" }, ...forced.flatMap(({ id, letter }, i) => [i ? " + " : "", lightable(made("span", { class: "term" }, symbol(letter)), id)]), ...(forced.length ? [" = 0"] : [])),
+        made("table", {}, made("thead", {}, head), made("tbody", {}, ...rows.map((own) => lightable(made("tr", { tabindex: "0" }, made("td", {}, symbol(own.letter)), made("td", {}, place(own)), ...cells(own.force, own.total)), own.id)),
+          made("tr", { class: "sum" }, made("td", {}, "Σ"), made("td", {}), ...cells(totals, rows.reduce((all, { total }) => all + total, 0)))))];
+    });
+  }
+
+  /** The forces on the links of a group where they act. */
+  forces(balance, k) {
+    const every = balance.groups[k].flatMap((body) => balance.on(body)), size = Math.max(0, ...every.map(({ force }) => Math.hypot(...force)));
+    for (const { id, kind, force: [x, y], at } of every) {
+      const long = (LONGEST * Math.hypot(x, y)) / size;
+      if (long > 3) arrow(lightable(element("g", { class: `vector ${kind}` }, this.layer), id), this.app.diagram.at(at), [x, -y], long, "");
+    }
   }
 
   /** What is to be read: facts, equations in letters and numbers, vectors, values. */
@@ -63,13 +100,25 @@ export class Explain {
       if (order === 0 && equation.joint) continue;
       rows.push(...(order ? this.rates(equations, equation, order) : this.closure(equation)));
     }
-    if (order === 0) rows.push(...this.meeting(group));
-    const unit = ["rad", "rad/s", "rad/s2"][order], values = group.bodies.flatMap((body) => {
-      const own = (equations.spins.get(body) || [])[order];
-      return Number.isFinite(own) ? [made("span", { class: "value" }, symbol([["φ", "ω", "ε"][order], String(lesson.numbers[body]), ""]), ` = ${quantity(own, unit, 7)}`)] : [];
+    if (order === 0 && this.flat) rows.push(...this.meeting(group));
+    const unit = ["rad", "rad/s", "rad/s2"][order], value = (letter, low, text) => made("span", { class: "value" }, symbol([letter, low, ""]), ` = ${text}`);
+    const values = group.bodies.flatMap((body) => {
+      const own = (equations.spins.get(body) || [])[order], low = String(lesson.numbers[body]), letter = ["φ", "ω", "ε"][order];
+      if (Number.isFinite(own)) return [value(letter, low, quantity(own, unit, 7))];
+      return order && own && own.every(Number.isFinite) ? [value(letter, low, `(${own.map((part) => digits(part, 5)).join("; ")}) ${displayed(unit)[1]}`)] : [];
     });
+    if (!this.flat) values.push(...this.coordinates(group, order, value));
     if (values.length) rows.push(made("p", { class: "values" }, made("b", {}, `${words("solved")} `), ...values));
     return rows;
+  }
+
+  /** Coordinates of the joints of a spatial group, or their rates. */
+  coordinates({ joints }, order, value) {
+    const { data, session } = this.app, marks = ["", "\u0307", "\u0308"];
+    return data.entries.filter(({ kind, part, columns }) => kind === "joints" && joints.includes(part) && columns.length === 1).flatMap((entry) => {
+      const own = session.told(session.pose, entry, order), angle = entry.unit === "rad";
+      return own && Number.isFinite(own[0]) ? [value((angle ? "θ" : "s") + marks[order], entry.part, quantity(own[0], rateOf(entry.unit, order), 7))] : [];
+    });
   }
 
   /** Whether a point of a group is held by what is known before it. */
@@ -80,7 +129,7 @@ export class Explain {
   /** r_C = r_B + r_CB. */
   closure({ start, end, arm }) {
     const [factor, unit] = displayed("m"), names = `${end.letter}${start.letter}`;
-    const pair = ([x, y]) => `(${digits(x * factor, 5)}; ${digits(y * factor, 5)})`;
+    const pair = (place) => `(${place.map((value) => digits(value * factor, 5)).join("; ")})`;
     return [made("p", { class: "formula" }, symbol(["r", end.letter]), " = ", symbol(["r", start.letter]), " + ", symbol(["r", names])),
       made("p", { class: "formula numbers" }, `${pair(end.rates[0])} = ${pair(start.rates[0])} + ${pair(arm)} ${unit}`)];
   }
@@ -103,10 +152,11 @@ export class Explain {
     if (!right.length) return [];
     const terms = right.flatMap(({ id, letter }, k) => [k ? " + " : " = ", lightable(made("span", { class: "term" }, symbol(letter)), id)]);
     const rows = [...right, whole].map(({ id, letter, vector, kind }) => lightable(made("tr", { tabindex: "0" },
-      made("td", {}, symbol(letter)), made("td", {}, quantity(Math.hypot(...vector), unit, 5)), made("td", {}, quantity(Math.atan2(vector[1], vector[0]), "rad", 5)), made("td", {}, this.direction(kind, equation, id === whole.id))), id));
-    const head = made("tr", {}, ...["vector", "size", "direction", "line_of_action"].map((key) => made("th", { scope: "col" }, words(key))));
+      made("td", {}, symbol(letter)), made("td", {}, quantity(Math.hypot(...vector), unit, 5)), ...(this.flat ? [quantity(Math.atan2(vector[1], vector[0]), "rad", 5), this.direction(kind, equation, id === whole.id)]
+        : vector.map((part) => digits(part * displayed(unit)[0], 4))).map((text) => made("td", {}, text))), id));
+    const head = made("tr", {}, ...["vector", "size", ...(this.flat ? ["direction", "line_of_action"] : "xyz")].map((key) => made("th", { scope: "col" }, words(key))));
     return [made("p", { class: "formula" }, lightable(made("span", { class: "term" }, symbol(whole.letter)), whole.id), ...terms),
-      made("table", {}, made("thead", {}, head), made("tbody", {}, ...rows)), ...this.follows(equations, equation, order)];
+      made("table", { class: this.flat ? "" : "even" }, made("thead", {}, head), made("tbody", {}, ...rows)), ...(this.flat ? this.follows(equations, equation, order) : [])];
   }
 
   direction(kind, { start, end, joint }, last) {
@@ -132,16 +182,17 @@ export class Explain {
 
   /** The vectors of the step at the points they belong to. */
   arrows(equations, group, order) {
-    const { diagram } = this.app, seen = new Set();
+    const { diagram } = this.app, drawn = new Set();
     const size = Math.max(0, ...group.all.flatMap((own) => equations.right(own, order)).map(({ vector }) => Math.hypot(...vector)));
     if (!(size > 0)) return;
     for (const equation of group.all) {
       for (const { id, kind, vector } of [...equations.right(equation, order), equations.whole(equation.end, order)]) {
         const long = (LONGEST * Math.hypot(...vector)) / size;
-        if (seen.has(id) || long < 3) continue;
-        seen.add(id);
+        if (drawn.has(id) || long < 3) continue;
+        drawn.add(id);
         const spot = kind === "total" && id === equations.whole(equation.start, order).id ? equation.start : equation.end;
-        arrow(lightable(element("g", { class: `vector ${kind}` }, this.layer), id), diagram.at(spot.rates[0]), [vector[0], -vector[1]], long, "");
+        const [x, y] = diagram.flat(vector), seen = (long * Math.hypot(x, y)) / Math.hypot(...vector);
+        if (seen > 1) arrow(lightable(element("g", { class: `vector ${kind}` }, this.layer), id), diagram.at(spot.rates[0]), [x, -y], seen, "");
       }
     }
   }
@@ -152,10 +203,10 @@ export class Explain {
     for (const { joint, start, end, arm } of group.all) {
       if (joint || !this.outside(start, group)) continue;
       const [cx, cy] = diagram.at(start.rates[0]), [x, y] = diagram.at(end.rates[0]);
-      element("circle", { cx, cy, r: Math.hypot(...arm) * diagram.scale, class: "locus" }, this.layer);
+      if (this.flat) element("circle", { cx, cy, r: Math.hypot(...arm) * diagram.scale, class: "locus" }, this.layer);
       element("path", { d: `M${cx} ${cy}L${x} ${y}`, class: "locus" }, this.layer);
     }
-    for (const { name, first, second, axis } of this.app.data.scene.joints) {
+    for (const { name, first, second, axis } of this.flat ? this.app.data.scene.joints : []) {
       const turn = equations.spins.get(first.split(".")[0]), place = equations.places[second];
       if (axis === undefined || !group.joints.includes(name) || !turn || !place) continue;
       const [x, y] = diagram.at(place), [c, s] = [Math.cos(turn[0] + axis), -Math.sin(turn[0] + axis)];

@@ -13,12 +13,13 @@ export function made(name, attributes = {}, ...children) {
   return own;
 }
 
-/** A letter as it is written: A_3 has a low index. */
-export const written = (letter) => letter.replace(/_(\d+)/g, (_, index) => [...index].map((digit) => String.fromCharCode(0x2080 + Number(digit))).join(""));
+/** A letter as it is written: digits after it are low, A1_3 has two indices. */
+export const written = (letter) => letter.replace(/(\d)_(?=\d)/g, "$1,").replace(/_?(\d+)/g, (_, index) => [...index].map((digit) => String.fromCharCode(0x2080 + Number(digit))).join(""));
 
 /** A symbol with indices: low, high. */
 export function symbol([letter, low, high = ""]) {
-  return made("span", { class: "symbol" }, made("var", {}, letter), ...(high ? [made("sup", {}, high)] : []), ...(low ? [made("sub", {}, written(low))] : []));
+  const marks = [...(high ? [made("sup", {}, high)] : []), ...(low ? [made("sub", {}, written(low))] : [])];
+  return made("span", { class: "symbol" }, made("var", {}, letter), ...(marks.length > 1 ? [made("span", { class: "marks" }, ...marks)] : marks));
 }
 
 /** A number of a form: a comma stands for a point too. */

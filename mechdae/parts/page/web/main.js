@@ -29,8 +29,8 @@ const COUNTED = 120;
 
 /** Everything on one page. */
 class App {
-  constructor(data, code, Kind, drawing, plane) {
-    Object.assign(this, { data, plane });
+  constructor(data, code, Kind, drawing, panels) {
+    Object.assign(this, { data, panels });
     this.words = words;
     showIn(data.shown || {});
     nameIn(data.unit_names || {}, data.lang === "ru" ? "," : ".");
@@ -43,7 +43,7 @@ class App {
     this.shown = 0;
     this.playing = false;
     if (data.live) {
-      this.session = new Session(data, code);
+      this.session = new Session(data, code, panels.Forces);
       if (!this.session.trusted) {
         this.session = null;
         this.reason = words("selftest");
@@ -77,11 +77,17 @@ class App {
     return { places: data.driver.values, way: named, events: data.driver.unit === "s" ? events : [] };
   }
 
-  /** The vector equations of the pose shown; null in space and where there is none. */
+  /** What acts on the links in the pose shown; null without forces. */
+  balance() {
+    const { session } = this, forces = session.forcesAt(session.pose), equations = forces && forces.status !== "jammed" && this.equations();
+    return equations ? new this.panels.Balance(session, equations, forces) : null;
+  }
+
+  /** The vector equations of the pose shown; null where there is none. */
   equations() {
     const { session } = this, { pose } = session;
     if (!pose.y || !this.data.lesson.groups.length) return null;
-    if (this.equated !== pose) [this.equated, this.equationsThere] = [pose, new this.plane.Equations(session, pose)];
+    if (this.equated !== pose) [this.equated, this.equationsThere] = [pose, new this.panels.Equations(session, pose, (place) => this.diagram.flat(place))];
     return this.equationsThere;
   }
 
@@ -158,7 +164,7 @@ class App {
       tab("dimensions", this.dimensions);
       return;
     }
-    if (this.plane) this.overlays = new this.plane.Overlays(this);
+    if (this.panels.Overlays) this.overlays = new this.panels.Overlays(this);
     this.strip = new Strip(this);
     if (data.sliders.length || data.drivers) tab("dimensions", this.dimensions, this.strip);
     if (data.sliders.length && !data.scene.space) {
@@ -170,7 +176,7 @@ class App {
     this.curves = new Curves(this, "curves", things, [usual]);
     tab("curves", this.curves, new Values(this, "curves"));
     if (data.lesson.groups.length) {
-      this.plans = new this.plane.Plans(this, () => this.drawTab());
+      this.plans = new this.panels.Plans(this, () => this.drawTab());
       tab("plans", this.plans);
     }
     if (session.forces) {
@@ -179,7 +185,7 @@ class App {
       tab("forces", this.efforts, new Values(this, "forces"));
     }
     if (data.lesson.groups.length) {
-      this.explain = new this.plane.Explain(this);
+      this.explain = new this.panels.Explain(this);
       tab("explain", this.explain);
     }
     if (data.modes.length > 1) {
@@ -586,12 +592,12 @@ function run(text) {
   return window.mechdae;
 }
 
-/** Start the page with the diagrams of the plane or of space; `plane` has what only the plane has. */
-export function begin(Kind, plane = null) {
+/** Start the page with the diagrams of the plane or of space; `panels` are the classes of what is shown beside them. */
+export function begin(Kind, panels) {
   document.head.append(made("style", {}, LOOK));
   const given = JSON.parse(find("mechdae").textContent);
   if (isWhole(find("mechdae").textContent, SUM)) {
-    const app = new App({ ...given, ...POSES }, KERNELS ? run(scriptOf(KERNELS)) : {}, Kind, DRAWING, plane);
+    const app = new App({ ...given, ...STORED }, KERNELS ? run(scriptOf(KERNELS)) : {}, Kind, DRAWING, panels);
     app.build();
     window.mechdae = interfaceOf(app);
     return;

@@ -1,19 +1,21 @@
-/** Vector polygons of the pose shown: velocities and accelerations from their poles, forces on one body. */
+/** Vector polygons of the pose shown: velocities and accelerations from their poles, forces on a group. */
 import { arrow, element } from "./view.js";
 import { lightable } from "./light.js";
 import { find, made, written } from "./made.js";
 import { words } from "./words.js";
 import { digits, displayed } from "./units.js";
 
-/** Letters of ends keep this from each other [px]. */
-const APART = 13;
+/** How far letters are from their ends [px]; ends so near have one text, with so many letters. */
+const APART = 13, MERGED = 9, NAMED = 4;
+/** Width of a letter of an index [px]. */
+const SMALL = 4.8;
 
 export class Plans {
   /** @param {any} app @param {() => void} redraw */
   constructor(app, redraw) {
     this.app = app;
     const options = [["both", `${words("velocity")}, ${words("acceleration")}`], ["1", words("velocity")], ["2", words("acceleration")]];
-    if (app.session.forces) for (const { name } of app.data.scene.bodies) options.push([`forces ${name}`, `${words("acting")} ${name}`]);
+    if (app.session.forces) app.data.lesson.groups.forEach(({ name }, k) => options.push([`forces ${k}`, `${words("acting")} ${name}`]));
     this.choice = made("select", { "aria-label": words("plans"), title: words("about_plans"), onchange: redraw }, ...options.map(([value, text]) => made("option", { value }, text)));
     this.sheets = [1, 2].map((order) => planSheet(`${words("plan")}: ${words(order === 1 ? "velocity" : "acceleration")}`));
     find("plans").append(made("p", { class: "hint" }, words("hint_plans")), this.choice, ...this.sheets);
@@ -22,32 +24,13 @@ export class Plans {
   /** Forget how large the sheets are. */
   whole(anew) { if (anew) for (const svg of this.sheets) svg.room = null; }
 
-  frame(pose, forces) {
-    const what = this.choice.value, body = what.startsWith("forces ") && what.slice(7);
-    const orders = body ? [1] : what === "both" ? [1, 2] : [Number(what)];
+  frame() {
+    const what = this.choice.value, group = what.startsWith("forces ") ? Number(what.slice(7)) : null;
+    const orders = group !== null ? [1] : what === "both" ? [1, 2] : [Number(what)];
     if (what !== this.shown) this.sheets.forEach((svg, k) => { svg.style.display = orders.includes(k + 1) ? "block" : "none"; svg.room = null; });
     this.shown = what;
-    const equations = body ? null : this.app.equations();
-    for (const order of orders) drawPlan(this.sheets[order - 1], body ? this.polygon(body, forces) : equations && equations.rated ? equations.plan(order) : null, body ? "" : words(order === 1 ? "velocity" : "acceleration"));
-  }
-
-  /** Reactions on a body head to tail; what closes them are loads, inertia and the drive. */
-  polygon(body, forces) {
-    if (!forces || forces.status === "jammed") return null;
-    const arrows = [];
-    let here = [0, 0];
-    for (const joint of this.app.data.scene.joints) {
-      const own = forces.reactions[joint.name];
-      const sign = joint.second.split(".")[0] === body ? 1 : joint.first.split(".")[0] === body ? -1 : 0;
-      if (!own || !sign) continue;
-      const next = [here[0] + sign * own[0], here[1] + sign * own[1]];
-      arrows.push({ id: `thing-${joint.name}`, from: here, to: next, kind: "reaction", letter: ["R", joint.name, ""] });
-      here = next;
-    }
-    const size = Math.max(0, ...arrows.map(({ from, to }) => Math.hypot(to[0] - from[0], to[1] - from[1])));
-    if (!(size > 0)) return null;
-    if (Math.hypot(...here) > 1e-9 * size) arrows.push({ id: "rest", from: here, to: [0, 0], kind: "rest", letter: null });
-    return { arrows, lines: [], ends: [], unit: "N", note: `– – ${words("rest")}` };
+    const equations = group === null && this.app.equations(), balance = group === null ? null : this.app.balance();
+    for (const order of orders) drawPlan(this.sheets[order - 1], balance ? balance.plan(group) : equations && equations.rated ? equations.plan(order) : null, group === null ? words(order === 1 ? "velocity" : "acceleration") : "");
   }
 }
 
@@ -60,10 +43,21 @@ export function planSheet(label) {
 /** Write a symbol with its indices into a picture. */
 export function letterIn(group, x, y, [letter, low, high], anchor = "middle") {
   const text = element("text", { x: x.toFixed(1), y: y.toFixed(1), class: "vector-name", "text-anchor": anchor }, group);
-  const part = (value, shift, kind) => { const own = element("tspan", { dy: shift, class: kind }, text); own.textContent = value; };
-  part(letter, 0, "big");
-  if (high) part(high, -5, "small");
-  if (low) part(written(low), high ? 8 : 3, "small");
+  const part = (value, dx, dy, kind) => { element("tspan", { dx, dy, class: kind }, text).textContent = value; };
+  part(letter, 0, 0, "big");
+  if (high) part(high, 0, -5, "small");
+  if (low) part(written(low), high ? -SMALL * high.length : 0, high ? 8 : 3, "small"); // below the upper one
+}
+
+/** Ends with those nearer than letters can be told apart; of many the first ones are named. */
+function merged(ends) {
+  const found = [];
+  for (const { text, at } of ends) {
+    const near = found.find((own) => Math.hypot(own.at[0] - at[0], own.at[1] - at[1]) < MERGED);
+    if (near) near.texts.push(...text.split(", "));
+    else found.push({ at, texts: text.split(", ") });
+  }
+  return found.map(({ at, texts }) => ({ at, text: texts.length > NAMED ? `${texts.slice(0, NAMED).join(", ")} …` : texts.join(", ") }));
 }
 
 /** Draw a plan to the largest scale of 1, 2, 2.5, 4, 5 that fits. */
@@ -101,11 +95,11 @@ export function drawPlan(svg, plan, title) {
     letterIn(group, best[0], best[1] + 4, letter);
   }
   const middle = at([(left + right) / 2, (low + high) / 2]);
-  for (const { text, at: place } of ends) {
-    const [x, y] = at(place), far = Math.hypot(x - middle[0], y - middle[1]) || 1;
+  for (const { text, at: [x, y] } of merged(ends.map((own) => ({ ...own, at: at(own.at) })))) {
+    const far = Math.hypot(x - middle[0], y - middle[1]) || 1;
     element("text", { x: (x + (APART * (x - middle[0])) / far).toFixed(1), y: (y + (APART * (y - middle[1])) / far + 4).toFixed(1), class: "end" }, svg).textContent = written(text);
     element("circle", { cx: x, cy: y, r: 1.6, class: "end-dot" }, svg);
   }
   const [factor, name] = displayed(unit);
-  note(`50 px = ${digits((50 / scale) * factor, 4)} ${name}   ${plan.note || ""}`, height - 6);
+  note(`50 px = ${digits((50 / scale) * factor, 4)} ${name}`, height - 6);
 }

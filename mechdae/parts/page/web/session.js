@@ -1,6 +1,5 @@
 /** What is shown: numbers, driver, mode; the poses along the range; undo. No drawing here. */
 import { Motion } from "./path.js";
-import { Forces } from "./forces.js";
 import { Ghosts } from "./ghosts.js";
 import { rateOf } from "./units.js";
 import { unpacked } from "./recorded.js";
@@ -33,8 +32,8 @@ export function spin(rate, turn) {
 }
 
 export class Session {
-  /** @param {any} data @param {any} code */
-  constructor(data, code) {
+  /** @param {any} data @param {any} code @param {any} [Forces] the class that balances them, in the plane */
+  constructor(data, code, Forces) {
     this.data = data;
     this.words = words;
     this.motion = new Motion(data, code);
@@ -44,7 +43,7 @@ export class Session {
     this.reason = "";
     this.history = [];
     this.future = [];
-    this.forces = data.forces ? new Forces(data, this.motion) : null;
+    this.forces = data.forces && Forces ? new Forces(data, this.motion) : null;
     this.acting = new WeakMap();
     /** The pose shown while curves and ends are still those of the numbers before. */
     this.held = null;

@@ -1,5 +1,8 @@
 /** The page of a spatial mechanism. */
 import { SpaceDiagram } from "./space.js";
+import { Equations } from "./equations.js";
+import { Plans } from "./plans.js";
+import { Explain } from "./explain.js";
 import { begin } from "./main.js";
 
-begin(SpaceDiagram);
+begin(SpaceDiagram, { Equations, Plans, Explain });

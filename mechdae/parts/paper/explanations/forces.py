@@ -406,7 +406,8 @@ class PlaneBalance(BalanceOfLinks):
             return None
 
         def power(body: str, place: Floats, force: Floats, couple: float) -> float:
-            return float(force @ rates.at(body, place, "velocity")) + couple * rates.spins[body][0]
+            turning = couple * float(rates.spins[body][0])
+            return float(force @ rates.at(body, place, "velocity")) + turning
 
         loads = sum(
             power(body, self.base(body), row[pose][:2], float(row[pose][2]))
