@@ -12,7 +12,7 @@ BUDGETS = {
     "numerics": 4_600,
     "equations": 7_600,  # what is left out of a scene: rollers, second machines, plane and space
     "results": 3_610,
-    "draw": 20_520,  # graphs of motions; texts are measured without matplotlib
+    "draw": 20_660,  # graphs of motions; texts are measured without matplotlib
     "kernels": 7_500,
     "motion": 23_290,  # poses of several drivers at the speed of one
     "forces": 4_770,
@@ -20,12 +20,12 @@ BUDGETS = {
     "design": 15_850,
     "tasks": 2_400,
     "cli": 1_720,
-    "parts": 29_750,  # what a page teaches by
+    "parts": 29_810,  # what a page teaches by
 }
 """Room -> most lines of its modules; some of them import what annotations name."""
 ALONE = 1107
 """Lines of the modules that stand alone: errors, docstrings, records, types, additions."""
-TOTAL = 144_150
+TOTAL = 144_350
 LONGEST = 500
 LONGER = {
     "describe/joints/spatial.py": 520,

@@ -90,6 +90,10 @@ class JoinedScene(Protocol):
         """Return whether the body has a placement in that pose."""
         ...
 
+    def place(self, reference: str, pose: int) -> NDArray[np.float64]:
+        """Return the position of ``body.point`` in one pose."""
+        ...
+
     def local(self, reference: str) -> NDArray[np.float64]:
         """Return the coordinates of ``body.point`` in its body."""
         ...

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
@@ -43,7 +43,7 @@ class Rates:
         self.result: SweepResult = result
         self.scene: JoinedScene = scene
         self.pose: int = pose
-        self.spins: dict[str, list[Array]] = {GROUND: [self.fixed, self.fixed]}
+        self.spins: dict[str, list[Any]] = {GROUND: [self.fixed, self.fixed]}
         self.spins |= {body: self.spin_of(body) for body in scene.mechanism.bodies}
         self.known: dict[str, dict[str, str]] = {name: {} for name in NAMES}
         for reference, series in result.points.items():
