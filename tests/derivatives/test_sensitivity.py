@@ -286,7 +286,7 @@ def test_command_line(tmp_path, capsys) -> None:
     words = ["sensitivity", str(path), "--task", "pose", "--of", "efforts/crank.angle"]
     assert main([*words, "--wrt", "r", "f", "--tolerance", "l=1e-4", "--out", str(tmp_path)]) == 0
     out = capsys.readouterr().out
-    assert "d/d r" in out
+    assert "d/d r [N m/m]" in out
     assert "worst case" in out
     data = json.loads((tmp_path / "sensitivity.json").read_text())["tasks"]["sensitivity"]
     assert data["kind"] == "sensitivity"

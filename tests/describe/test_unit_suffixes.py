@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import tomllib
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,7 @@ from hypothesis import strategies as st
 import mechdae as md
 from mechdae.describe.file.load import from_dict
 from mechdae.describe.file.reading import split_unit, to_si
+from mechdae.describe.file.writing import in_units
 from mechdae.describe.units import TABLE, UNITS
 from mechdae.errors import InputError, UnknownName
 from tests.shared.paths import ROOT
@@ -160,3 +162,27 @@ def test_the_table_of_the_documentation_is_that_of_the_code() -> None:
         value = float(above.replace("π", "3.141592653589793")) / float(below or 1)
         assert value == pytest.approx(unit.factor, rel=1e-15)
         assert si == unit.si[0]
+
+
+@pytest.mark.parametrize(
+    "name", ["toggle-clamp", "c5-ellipse10-free", "toggle-press", "engine-run-up"]
+)
+def test_a_problem_is_written_in_the_units_of_its_file(name: str) -> None:
+    """Designs are: the same numbers to rounding, under the endings that most of them had."""
+    problem = md.load(name)
+    text = in_units(problem)
+    again = from_dict(tomllib.loads(text), name)
+    for old, new in (
+        (problem.mechanism.parameters, again.mechanism.parameters),
+        (problem.mechanism.sketch, again.mechanism.sketch),
+    ):
+        assert list(old) == list(new)
+        for key, value in old.items():
+            close = isinstance(value, float) and math.isclose(value, new[key], rel_tol=3e-16)
+            assert close or new[key] == value, key
+    suffixes = {unit.suffix for unit in TABLE if unit.name in problem.mechanism.units.split(",")}
+    written = {split_unit(key)[1] for key in tomllib.loads(text)["sketch"]}
+    assert suffixes & written
+    assert (
+        tomllib.loads(md.dumps(problem)).get("sketch", {}).keys() == problem.mechanism.sketch.keys()
+    )

@@ -9,6 +9,7 @@ import pytest
 import mechdae as md
 from mechdae.design.synthesis.search import Search
 from mechdae.design.synthesis.synthesize import planned, synthesize
+from mechdae.results.tables.designs import designs_text
 from tests.reference.closure_fourbar import FourBar, StephensonThree, function_error, judged
 from tests.shared.synthesis_cases import cases, four_bar, solved, verdict_of
 
@@ -287,6 +288,7 @@ def test_prices_are_changes_of_the_objective():
     result = solved("c5-ellipse10-free")
     best = result.data["designs"][0]
     assert set(best["active"]) == {"r1"}
+    assert f"r1 (price {best['active']['r1']:.4g} m2/m)" in "\n".join(designs_text(result, 100))
     problem = md.load("c5-ellipse10-free")
     table = problem.tasks["design"]
     moved = 0.5

@@ -49,7 +49,9 @@ def test_verification_has_no_code_of_goals():
 
 def outputs(design, inputs):
     """Return the rocker's angle by the closed form, in the mode of the design's sketch."""
-    p, sketch = design["parameters"], tomllib.loads(design["problem"])["sketch"]
+    p, text = design["parameters"], tomllib.loads(design["problem"])["sketch"]
+    degrees = {n.removesuffix("_deg"): np.deg2rad(v) for n, v in text.items() if n[-4:] == "_deg"}
+    sketch = text | degrees
     links = {name: p[name] * np.exp(1j * sketch[body])
              for name, body in (("a", "crank"), ("b", "coupler"), ("c", "rocker"))}  # fmt: skip
     assert abs(links["a"] + links["b"] - GROUND - links["c"]) < 1e-9

@@ -1,4 +1,4 @@
-"""Descriptions to TOML: SI and radians, one line per joint, as a person would write it.
+"""Descriptions to TOML: SI and radians, or units of a file; one line per joint.
 
 A problem with repetition is written with its cells, as they were typed, as long as they
 still describe it.
@@ -7,20 +7,25 @@ still describe it.
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+import math
+from collections.abc import Iterable, Mapping
 from dataclasses import fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from mechdae.describe.coordinates import unit_of
+from mechdae.describe.dimensions import parameter_units
 from mechdae.describe.file.load import SCHEMA
 from mechdae.describe.file.problem import Problem
-from mechdae.describe.file.reading import split_known
+from mechdae.describe.file.reading import split_known, to_si
 from mechdae.describe.file.tabulated import write_tables
+from mechdae.describe.file.units import RATES
 from mechdae.describe.joints.joint import Joint
 from mechdae.describe.loads import TableLoad
 from mechdae.describe.mechanism import TOLERANCE, Mechanism
 from mechdae.describe.table import Table
 from mechdae.describe.tasks.kinds import Task
+from mechdae.describe.units import UNITS
 from mechdae.describe.values import NAME, Value
 from mechdae.describe.vectors.typed import typed as loops_of
 from mechdae.describe.vectors.typed import without_aliases
@@ -120,11 +125,31 @@ def dumps(problem: Problem) -> str:
     >>> md.dumps(md.slider_crank(0.1, 0.3)).splitlines()[0]
     'schema = 1'
     """
+    return _dumps(problem, {})
+
+
+def in_units(problem: Problem) -> str:
+    """Return the TOML text of the problem in the units its file was typed in, as designs are.
+
+    Parameters, sketched values, drivers' values and points that are numbers have them; a number
+    is the one that is read back to the same, where there is one, else the nearest.
+    """
+    words = problem.mechanism.units.split(",")
+    units = sorted((u for u in UNITS.values() if u.name in words), key=lambda u: -len(u.si))
+    return _dumps(problem, {si: unit.suffix for unit in units for si in unit.si})
+
+
+def _dumps(problem: Problem, suffixes: Mapping[str, str]) -> str:
     lines = [f"schema = {SCHEMA}"]
     for entry in ("title", "source"):
         if getattr(problem, entry):
             lines.append(f"{entry} = {_text(getattr(problem, entry))}")
     tasks = {name: given(task) for name, task in problem.tasks.items()}
+    for table in tasks.values() if suffixes else ():
+        for driver in [table[key] for key in ("driver",) if key in table]:
+            unit = unit_of(problem.mechanism, driver.coordinate)
+            units = {key: f"{unit}{rate}" for key, rate in RATES.items()}
+            table["driver"] = _suffixed(given(driver), units, suffixes)
     expected = [given(entry) for entry in problem.expected]
     typed, plain = problem.pattern, False
     same = typed.problem(problem.name) if typed and not typed.settings else None
@@ -136,7 +161,7 @@ def dumps(problem: Problem) -> str:
         expected = tables.get("expected", ()) if same.expected == problem.expected else expected
     else:
         beside = loops_of(problem.mechanism)
-        lines += _mechanism(problem.mechanism, beside)
+        lines += _mechanism(problem.mechanism, beside, suffixes)
         plain = beside is None
     text = "\n".join(lines) + "\n"
     lines = []
@@ -163,7 +188,9 @@ def _typed(tables: Mapping[str, Any]) -> list[str]:
     return lines
 
 
-def _mechanism(mechanism: Mechanism, loops: Closure | None) -> list[str]:
+def _mechanism(
+    mechanism: Mechanism, loops: Closure | None, suffixes: Mapping[str, str]
+) -> list[str]:
     """Return the lines of a mechanism; with `loops` its bodies are only what those leave out."""
     lines = [] if mechanism.dimension == 2 else [f"dimension = {mechanism.dimension}"]
     lines += [f'frames = "{mechanism.frames}"'] if mechanism.frames else []
@@ -171,18 +198,22 @@ def _mechanism(mechanism: Mechanism, loops: Closure | None) -> list[str]:
         lines.append(f"gravity = {_value(mechanism.gravity)}")
     if mechanism.closure_tolerance is not None:
         lines.append(f"{TOLERANCE} = {_value(mechanism.closure_tolerance)}")
-    lines += _section("parameters", mechanism.parameters)
+    units = parameter_units(mechanism) if suffixes else {}
+    lines += _section("parameters", _suffixed(mechanism.parameters, units, suffixes))
     parts: Mechanism | Closure = mechanism
     if loops is not None:
         parts = loops
         lines += _section("vectors", {n: given(v, ("name",)) for n, v in loops.vectors.items()})
         lines += _section("loops", loops.loops)
         lines += _section("nodes", {n: given(v, ("name",)) for n, v in loops.nodes.items()})
-    lines += _section("ground", given(parts.ground))
+    points = {"points": "m"}
+    lines += _section("ground", _suffixed(given(parts.ground), points, suffixes))
     for name, body in parts.bodies.items():
-        lines += ["", f"[bodies.{name}]", *_entries(given(body, skip=("name",)))]
+        entries = _suffixed(given(body, skip=("name",)), points, suffixes)
+        lines += ["", f"[bodies.{name}]", *_entries(entries)]
     lines += _section("joints", {n: _joint(j) for n, j in parts.joints.items()})
-    lines += _section("sketch", mechanism.sketch)
+    units = {n: unit_of(mechanism, n) or "" for n in mechanism.sketch} if suffixes else {}
+    lines += _section("sketch", _suffixed(mechanism.sketch, units, suffixes))
     loads = {n: given(x, skip=("name",)) for n, x in mechanism.loads.items()}
     outputs = mechanism.outputs
     if mechanism.closure is None or loops is not None:
@@ -207,6 +238,35 @@ def given(value: Value, skip: tuple[str, ...] = ()) -> dict[str, Any]:
 def _joint(joint: Joint) -> Json:
     rest = given(joint, skip=("name", "first", "second"))
     return {"kind": joint.kind, "between": [joint.first, joint.second], **rest}
+
+
+def _suffixed(
+    entries: Mapping[str, Any], units: Mapping[str, str | None], suffixes: Mapping[str, str]
+) -> Mapping[str, Any]:
+    """Return a table whose numbers of known units stand under keys that end in a suffix."""
+    ends = {name: suffixes.get(units.get(name) or "", "") for name in entries}
+    ends |= {name: "" for name, value in entries.items() if not _of_numbers(value)}
+    return {f"{n}{ends[n]}": _typed_as(value, ends[n]) for n, value in entries.items()}
+
+
+def _of_numbers(value: object) -> bool:
+    """Whether a value is a number, or a table or list of nothing else."""
+    parts = value.values() if isinstance(value, Mapping) else value
+    if isinstance(parts, int | float | str):
+        return not isinstance(parts, bool | str)
+    return isinstance(parts, Iterable) and all(map(_of_numbers, parts))
+
+
+def _typed_as(value: Any, suffix: str) -> Any:
+    """Return what under a key with a suffix means the value."""
+    if isinstance(value, Mapping):
+        return {name: _typed_as(part, suffix) for name, part in value.items()}
+    if not suffix or not isinstance(value, int | float):
+        return [_typed_as(part, suffix) for part in value] if suffix else value
+    exact = value / UNITS[suffix].factor
+    near = [float(f"{exact:.{digits}g}") for digits in (12, 15, 16, 17)]
+    near += [math.nextafter(exact, way) for way in (-math.inf, math.inf)]
+    return min(near, key=lambda typed: abs(to_si(typed, suffix) - value))
 
 
 def _section(name: str, entries: Mapping[str, object]) -> list[str]:

@@ -15,7 +15,7 @@ from mechdae.describe.coordinate_kinds import ANGLE, UNIT
 from mechdae.describe.coordinates import Selection, coordinate
 from mechdae.describe.file.load import from_dict
 from mechdae.describe.file.problem import Problem
-from mechdae.describe.file.writing import dumps
+from mechdae.describe.file.writing import in_units
 from mechdae.describe.table import Table
 from mechdae.describe.tasks.constraints import Box
 from mechdae.describe.tasks.kinds import Driver, Sweep, Task
@@ -236,7 +236,7 @@ class Design:
         """The design as a problem file, with a task that moves it over the poses or a turn."""
         last = self.u + TURN if self.space.asked.full_turn else float(self.at[-1])
         task = Sweep(driven(self.space.asked.driver, self.u, last))
-        return dumps(self.as_problem({**self.others, PATH: task}))
+        return in_units(self.as_problem({**self.others, PATH: task}))
 
     @cached_property
     def file(self) -> DesignFile:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -42,27 +42,25 @@ def derivatives_text(result: Result, width: int) -> str:
 
 
 class _Scale:
-    """Brings values of a path and their derivatives to the units that were asked for, if any."""
+    """Brings values of a path and their derivatives to the units that results are shown in."""
 
     def __init__(self, result: Result, path: str) -> None:
         self.units = result.units
         self.own = result.units.of(result.path_unit(path))
-        self._given = parameter_units(result.mechanism) if result.units else {}
+        self._given = parameter_units(result.mechanism)
 
     def __call__(self, title: str, values: Floats | float, *by: str) -> tuple[str, Floats | float]:
         """Return title with unit, and values; ``by`` are the parameters of a derivative."""
-        if not self.units:
-            return title, values
-        below = [self.units.of(self._given.get(name) or "") for name in by]
-        factor = self.own.factor / math.prod(unit.factor for unit in below)
-        names = [_below(unit.name) for unit in below if unit.name not in ("", "1")]
-        unit = "/".join([self.own.name, *names])
-        has_unit = self.own.name and unit != "1"
-        return (f"{title} [{unit}]" if has_unit else title), np.asarray(values) * factor
+        scale = per(self.own, [self.units.of(self._given.get(name) or "") for name in by])
+        has_unit = self.own.name and scale.name != "1"
+        return (f"{title} [{scale.name}]" if has_unit else title), np.asarray(values) * scale.factor
 
 
-def _below(unit: str) -> str:
-    return f"({unit})" if "/" in unit or " " in unit else unit
+def per(unit: ShownUnit, below: Sequence[ShownUnit]) -> ShownUnit:
+    """Return the unit of a derivative, or of a price: one unit over others."""
+    names = [f"({b.name})" if "/" in b.name or " " in b.name else b.name for b in below]
+    name = "/".join([unit.name or "1", *(name for name in names if name not in ("", "1"))])
+    return ShownUnit(name, unit.factor / math.prod(b.factor for b in below))
 
 
 def _columns(

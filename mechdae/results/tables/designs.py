@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from mechdae.results import Result, Units, parameter_units
+from mechdae.results.tables.derivatives import per
 from mechdae.results.tables.text import MOST, fact, fitted_lines, together
 
 Design = Mapping[str, Any]
@@ -39,7 +40,8 @@ def designs_text(result: Result, width: int) -> list[str]:
         if design.get("note"):
             lines += fact("note", design["note"], width)
         if design.get("active"):
-            prices = [together(_price(*entry)) for entry in design["active"].items()]
+            active = design["active"].items()
+            prices = [together(_price(name, at, units, result)) for name, at in active]
             lines += fact("active", ", ".join(prices), width)
     return lines + _census(result, width)
 
@@ -100,8 +102,15 @@ def _number(name: str, value: float, given: Mapping[str, str], units: Units) -> 
     return f"{name} = {value * scale.factor:.9g} {scale.name}".rstrip()
 
 
-def _price(name: str, price: float) -> str:
-    return f"{name} (price {price:.4g})"
+def _price(name: str, price: float, given: Mapping[str, str], result: Result) -> str:
+    """Return what holds a design back, and what the objective gains by a unit of it.
+
+    Limits that are no parameter's are of lengths in metres, of angles as sines.
+    """
+    unit = result.units.of(result.summary.get("units", {}).get("objective", ""))
+    scale = per(unit, [result.units.of(given[name])] if given.get(name) else [])
+    shown = f"{price * scale.factor:.4g} {scale.name}" if name in given else f"{price:.4g}"
+    return f"{name} (price {shown.removesuffix(' 1')})"
 
 
 def _exact(facts: Mapping[str, Any], width: int) -> list[str]:
