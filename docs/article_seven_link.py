@@ -24,7 +24,7 @@ from article_text import (
 
 import mechdae as md
 from mechdae.draw.diagram.scene import read_scene
-from mechdae.draw.plans.motion import motion_plan
+from mechdae.draw.plans.relations import motion_plan
 
 SEVEN = "gorshkov-seven-link"
 

@@ -20,10 +20,10 @@ from mechdae.draw.catalogue import (
     check_dimension,
     check_suits,
     checked,
+    kind_and_task,
     picture_of,
     usual_kind,
 )
-from mechdae.draw.choice import kind_and_task
 from mechdae.errors import InputError, MechdaeError
 
 if TYPE_CHECKING:
@@ -123,8 +123,7 @@ def _pictured(
 ) -> Any:  # fmt: skip
     """Return a picture with settings that suit it, on new paper where no axes are given."""
     picture, (width, dpi, title) = picture_of(kind), paper
-    in_space = getattr(getattr(result, "mechanism", None), "dimension", 2) == 3
-    module = importlib.import_module(picture.in_space if in_space else picture.module)
+    module = importlib.import_module(picture.module)
     figure = importlib.import_module("mechdae.draw.figure")
     on = figure.print_format(width, dpi, title)
     if kind == "animation":

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import base64
 import io
+import shutil
+import subprocess
+import zlib
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -13,31 +16,38 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.font_manager import findfont, get_font
+from matplotlib.path import Path as Outline
+from matplotlib.textpath import text_to_path
 from numpy.typing import NDArray
 from PIL import Image
 
 from mechdae.describe.file.atomic_write import whole_file
 from mechdae.draw import style
-from mechdae.draw.diagram import diagram
+from mechdae.draw.diagram.diagram import has_paths
 from mechdae.draw.diagram.loads import peak_force
-from mechdae.draw.diagram.scene import DrawnScene, longest_run, read_scene
-from mechdae.draw.diagram.view import View
+from mechdae.draw.diagram.scene import longest_run
 from mechdae.draw.figure import new_axes
-from mechdae.draw.fragments import steady_labels
+from mechdae.draw.fragments import steady
 from mechdae.draw.labels.steady import compared
-from mechdae.draw.moving import VIDEOS, film, moving_svg
+from mechdae.draw.poses import Eye, seen
+from mechdae.draw.primitives import Primitive, path_of
 from mechdae.draw.sheet import Sheet
-from mechdae.draw.smooth import traced
+from mechdae.draw.space.viewpoint import viewpoint
 from mechdae.draw.swinging import shape_of, swing_text, swinging
 from mechdae.draw.words import Words
-from mechdae.errors import InputError
+from mechdae.errors import InputError, UnavailableError
 from mechdae.records import dataclass
 
 if TYPE_CHECKING:
     from mechdae.results import EquilibriumResult
     from mechdae.results.result import Result
 
-
+VIDEOS = {
+    "mp4": ("-c:v", "libx264", "-pix_fmt", "yuv420p", "-movflags", "+faststart"),
+    "webm": ("-c:v", "libvpx-vp9", "-b:v", "0", "-crf", "30"),
+}
+"""Formats of films with what ffmpeg is told for them."""
 MOVING = ("gif", "svg", *VIDEOS)
 """Formats of animations; films need ffmpeg."""
 FRAMES = 60
@@ -45,8 +55,6 @@ FRAMES = 60
 MOST = 600
 SECONDS = 4.0
 """Length of one round without a wish."""
-CLOSED = 1e-9
-"""First and last pose are the same if no point is farther off than this share of its path."""
 SHADES = 6
 """Steps of each colour towards the paper, for the edges of lines."""
 FASTEST = 20
@@ -76,6 +84,8 @@ class Animation:
         In place of driver value, task and pose.
     ghosts
         Poses that are drawn faintly in all frames.
+    eye
+        From where a spatial mechanism is seen, one direction for all frames.
     """
 
     result: Any
@@ -90,6 +100,7 @@ class Animation:
     lang: str = "en"
     subtitle: str = ""
     ghosts: tuple[int, ...] = ()
+    eye: Eye = None
 
     def __len__(self) -> int:
         return len(self.poses)
@@ -119,29 +130,20 @@ class Animation:
 
     def drawn(self, poses: Sequence[int], axes: bool = False) -> Iterator[Sheet]:
         """Yield the drawing of each pose, all to one scale, on axes or as primitives alone."""
-        scene = read_scene(self.result)
-        if self.traces and diagram.has_paths(self.result, scene):
-            scene = traced(scene, self.result, read_scene)
-        view = self._view(scene, poses)
-        theme = style.DARK if self.dark else style.LIGHT
-        for pose in poses:
-            paper = new_axes(theme) if axes else None
-            yield diagram.draw_pose(paper, scene, self.result, pose, view, theme, Words(self.lang))
-
-    def _view(self, scene: DrawnScene, poses: Sequence[int]) -> View:
-        """Return what all frames have in common: the scale above all."""
-        traces = self.traces and diagram.has_paths(self.result, scene)
-        bounds = diagram.common_extent(scene, (*poses, *self.ghosts), traces)
-        peak = peak_force(scene, self.result, poses) if self.loads else None
-        view = View(
-            traces, self.ghosts or 0, self.labels, self.loads, bounds, peak, {},
+        words, theme = Words(self.lang), style.DARK if self.dark else style.LIGHT
+        shown = seen(self.result, None, self.eye, poses)
+        traces = self.traces and has_paths(self.result, shown.scene)
+        shown = shown.with_paths() if traces else shown
+        view = replace(
+            shown.view, traces=traces, ghosts=self.ghosts or 0, labels=self.labels,
+            loads=self.loads, bounds=shown.bounds((*poses, *self.ghosts), traces),
+            peak=peak_force(shown.scene, self.result, poses) if self.loads else None, memory={},
             subtitle=self.subtitle,
         )  # fmt: skip
-        if not self.labels:
-            return view
-        some = compared(poses, poses[0])
-        words = Words(self.lang)
-        return replace(view, steady=steady_labels(scene, self.result, some, view, words)[2])
+        if self.labels:
+            view = replace(view, steady=steady(shown, compared(poses, poses[0]), view, words))
+        for pose in poses:
+            yield shown.draw(new_axes(theme) if axes else None, view, theme, words, pose)
 
     def gif(self, progress: Progress | None = None) -> bytes:
         """Return the animation as a GIF that repeats for ever."""
@@ -243,28 +245,13 @@ def animate(
     dark: bool = False,
     lang: str = "en",
     shape: int | None = None,
+    view: Eye = None,
 ) -> Animation:
-    """Return the motion of a result as an animation.
+    """Return the motion of a result as an animation, with the options of the catalogue.
 
     A closed motion is shown once around, its last pose left out because it is the first
     one; any other runs back and forth. Poses that do not assemble are left out: of several
     arcs the longest is shown.
-
-    Parameters
-    ----------
-    result
-        What `mechdae.solve` returned for a sweep or a task of reactions.
-    frames
-        Most frames of one way; without it at most 60.
-    seconds
-        Time of one round.
-    dpi
-        Pixels to the inch, 7 x 5 in.
-    traces, labels, loads, dark, lang
-        As in a diagram, see `mechdae.draw.diagram.diagram.draw`.
-    shape
-        Of an equilibrium: number of the small motion that is shown, enlarged, over one
-        period; 1, the slowest, without it.
 
     Raises
     ------
@@ -274,14 +261,17 @@ def animate(
     Words(lang)
     most = check_frames(frames, seconds, dpi)
     shown = (traces, labels, loads, dark, lang)
-    if getattr(result, "kind", "") == "equilibrium":
+    flat = result.mechanism.dimension == 2
+    if flat and getattr(result, "kind", "") == "equilibrium":
         return _shape(result, 1 if shape is None else shape, most, seconds, dpi, shown)
     if shape is not None:
         raise InputError("shapes are those of small motions at an equilibrium", where="shape")
-    scene = read_scene(result)
-    chosen, whole = frames_of(scene.assembled(), lambda run: closes(scene, run), most)
+    scene = seen(result, 0).scene
+    if view is not None:
+        viewpoint(result.mechanism, view)
+    chosen, whole = frames_of(scene.assembled(), scene.closes, most)
     duration = frame_time(seconds, len(chosen))
-    return Animation(result, chosen, whole, duration, dpi, *shown)
+    return Animation(result, chosen, whole, duration, dpi, *shown, eye=view)
 
 
 def _shape(
@@ -361,30 +351,150 @@ def frame_time(seconds: float, count: int) -> int:
     return max(FASTEST, round(1000.0 * seconds / count / 10.0) * 10)
 
 
-def closes(scene: DrawnScene, run: Sequence[int]) -> bool:
-    """Return whether a run of poses ends where it begins.
-
-    Gears may return to another tooth: what counts is where points and directions are.
-    """
-    if len(run) < 3:
-        return False
-    for body in scene.mechanism.bodies:
-        if body not in scene.origins:
-            continue
-        turn = float(scene.angles[body][run[-1]] - scene.angles[body][run[0]])
-        if abs(np.sin(turn / 2)) > CLOSED:
-            return False
-        track = scene.origins[body][list(run)]
-        spread = float(np.ptp(track, axis=0).max())
-        size = max(spread, *(float(np.abs(scene.local(f"{body}.{point}")).max())
-                             for point in scene.mechanism.body(body).points), 0.0)  # fmt: skip
-        if float(np.hypot(*(track[-1] - track[0]))) > CLOSED * size:
-            return False
-    return True
-
-
 def draw(result: Result, ax: int | None = None, **options: Any) -> Animation:
     """Return the animation; ``ax`` is not possible, each frame has its own axes."""
     if ax is not None:
         raise InputError("an animation has a figure of its own", where="ax")
     return animate(result, **options)
+
+
+SVG, XLINK = "http://www.w3.org/2000/svg", "http://www.w3.org/1999/xlink"
+LETTERS = {1: "M", 2: "L", 3: "Q", 4: "C"}
+"""Codes of matplotlib's paths as those of SVG; areas are closed by themselves."""
+
+
+def moving_svg(sheets: Sequence[Sheet], order: Sequence[int], duration: int) -> str:
+    """Return sheets as one SVG that shows them in turn, for ever.
+
+    What all frames have in common is written once: the parts of the drawing that stand still are
+    in front of or behind those that move, as in the first frame.
+
+    Parameters
+    ----------
+    sheets
+        The drawing of each frame.
+    order
+        Which of them each frame shows.
+    duration
+        Time of a frame [ms].
+    """
+    glyphs: dict[str, str] = {}
+    parts = [
+        [_element(shape, sheet, glyphs) for shape in sorted(sheet.drawn, key=lambda shape: shape.z)]
+        for sheet in sheets
+    ]
+    still = set(parts[0]).intersection(*parts[1:])
+    total = duration * len(order) / 1000
+    first = next((k for k, part in enumerate(parts[0]) if part not in still), len(parts[0]))
+    lines = list(dict.fromkeys(parts[0][:first]))
+    behind = set(lines)
+    for k, frame in enumerate(parts):
+        shown = [place for place, which in enumerate(order) if which == k]
+        inner = "".join(part for part in frame if part not in still)
+        lines.append(f'<g visibility="hidden">{_times(shown, len(order), total)}{inner}</g>')
+    lines += [part for part in dict.fromkeys(parts[0][first:]) if part in still - behind]
+    (width, height), theme = sheets[0].size, sheets[0].theme
+    wide, high = width + 2 * style.EDGE, height + style.EDGE + style.TOP
+    defs = "".join(glyphs.values())
+    return (
+        f'<svg xmlns="{SVG}" xmlns:xlink="{XLINK}" viewBox="0 0 {wide:g} {high:g}" '
+        f'width="{wide:g}pt" height="{high:g}pt"><defs><clipPath id="box">'
+        f'<rect y="{-height:g}" width="{width:g}" height="{height:g}"/></clipPath>{defs}</defs>\n'
+        f'<rect width="{wide:g}" height="{high:g}" fill="{theme.paint(style.PAPER)}"/>\n'
+        f'<g transform="translate({style.EDGE:g} {high - style.EDGE:g})" stroke-linejoin="round">\n'
+        + "\n".join(lines)
+        + "\n</g></svg>\n"
+    )
+
+
+def _element(shape: Primitive, sheet: Sheet, glyphs: dict[str, str]) -> str:
+    """Return a primitive as an element; outlines of letters are defined once, in `glyphs`."""
+    color, fill = sheet.theme.paint(shape.color), sheet.theme.paint(shape.fill)
+    x, y = shape.points[0] * (1, -1)
+    if shape.kind == "text":
+        letters = "".join(
+            f'<use xlink:href="#{name}" transform="translate({dx:.2f} {-dy:.2f}) scale({size:g})"/>'
+            for name, dx, dy, size in _letters(shape, glyphs)
+        )
+        return f'<g transform="translate({x:.2f} {y:.2f})" fill="{color}">{letters}</g>'
+    look = f'fill="{fill}" stroke="{color}" stroke-width="{shape.width:g}"'
+    if shape.dash is not None:
+        look += f' stroke-dasharray="{" ".join(f"{part:g}" for part in shape.dash[1])}"'
+    elif shape.kind in ("line", "strokes"):
+        look += ' stroke-linecap="round"'
+    if (shape.points < 0).any() or (shape.points > sheet.size).any():
+        look += ' clip-path="url(#box)"'
+    if shape.kind == "circle":
+        return f'<circle cx="{x:.2f}" cy="{y:.2f}" r="{shape.radius:.2f}" {look}/>'
+    return f'<path d="{path_of(shape.kind, shape.points)}" {look}/>'
+
+
+def _letters(shape: Primitive, glyphs: dict[str, str]) -> Iterator[tuple[str, float, float, float]]:
+    """Yield name, place and scale of the letters of a text; outlines are put into `glyphs`."""
+    face = get_font(findfont(shape.font.properties))
+    face.set_size(text_to_path.FONT_SCALE, text_to_path.DPI)
+    share = shape.font.size / text_to_path.FONT_SCALE
+    places, outlines, _ = text_to_path.get_glyphs_with_font(face, shape.text.replace(r"\$", "$"))
+    for (vertices, codes), (key, x, y, size) in ((outlines[place[0]], place) for place in places):
+        name = f"g{zlib.crc32(key.encode()):x}"
+        if name not in glyphs:
+            pieces = Outline(vertices, codes).iter_segments(simplify=False)
+            d = "".join(
+                LETTERS[int(code)] + " ".join(f"{u:.1f} {-v:.1f}" for u, v in ends.reshape(-1, 2))
+                for ends, code in pieces
+                if int(code) in LETTERS
+            )
+            glyphs[name] = f'<path id="{name}" d="{d}"/>'
+        yield name, float(x) * share, float(y) * share, float(size) * share
+
+
+def _times(shown: Sequence[int], count: int, total: float) -> str:
+    """Return when a frame is seen, as an animation of its visibility."""
+    values, times = ["visible" if 0 in shown else "hidden"], [0.0]
+    for place in range(1, count):
+        word = "visible" if place in shown else "hidden"
+        if word != values[-1]:
+            values.append(word)
+            times.append(place / count)
+    at = ";".join(f"{time:.6g}" for time in times)
+    return (
+        f'<animate attributeName="visibility" values="{";".join(values)}" keyTimes="{at}" '
+        f'dur="{total:g}s" calcMode="discrete" repeatCount="indefinite"/>'
+    )
+
+
+def film(made: Callable[[], Sequence[Any]], duration: int, form: str, path: Path) -> None:
+    """Write pictures of one size as a film with ffmpeg, whole or not at all.
+
+    They are `made` when it is known that there is a program to write them.
+
+    Raises
+    ------
+    UnavailableError
+        ffmpeg is not installed, or cannot write this format.
+    """
+    program = shutil.which("ffmpeg")
+    if program is None:
+        raise UnavailableError(
+            f"an animation as .{form} needs ffmpeg, which is not installed",
+            where=str(path),
+            hint="install ffmpeg, or write .svg or .gif, which need nothing",
+        )
+    frames = made()
+    width, height = (side - side % 2 for side in frames[0].size)
+    partial = path.with_name(f".{path.name}.part.{form}")
+    words = [program, "-y", "-loglevel", "error", "-f", "rawvideo", "-pix_fmt", "rgb24"]
+    words += ["-s", f"{width}x{height}", "-r", f"{1000 / duration:g}", "-i", "-"]
+    pixels = b"".join(
+        frame.convert("RGB").crop((0, 0, width, height)).tobytes() for frame in frames
+    )
+    try:
+        done = subprocess.run(
+            [*words, *VIDEOS[form], str(partial)], input=pixels, capture_output=True, check=False
+        )
+        if done.returncode:
+            said = done.stderr.decode(errors="replace").strip().splitlines() or ["no reason given"]
+            raise UnavailableError(f"ffmpeg wrote no .{form}: {said[-1]}", where=str(path))
+        partial.replace(path)
+    finally:
+        partial.unlink(missing_ok=True)

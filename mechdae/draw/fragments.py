@@ -1,4 +1,4 @@
-"""The writer of SVG: a scene of the plane as fragments that a page moves with points and bodies.
+"""The writer of SVG: a scene as fragments that a page moves with points and bodies.
 
 A fragment that is rigid is markup in its own frame; of others each corner is told by the places it
 keeps its way to. Places of labels are chosen once, where they cover least in all poses.
@@ -21,17 +21,27 @@ from mechdae.describe.loads import Force, Resistance, Spring
 from mechdae.draw import style
 from mechdae.draw.diagram import symbols
 from mechdae.draw.diagram.amounts import load_values, sense
-from mechdae.draw.diagram.diagram import common_extent, draw_scene, extent
+from mechdae.draw.diagram.diagram import View, common_extent, draw_scene, extent
 from mechdae.draw.diagram.driver import SPAN
 from mechdae.draw.diagram.guides import travel
 from mechdae.draw.diagram.loads import Mark, peak_force
-from mechdae.draw.diagram.scene import DrawnScene, choose_pose
-from mechdae.draw.diagram.view import View
+from mechdae.draw.diagram.scene import DrawnScene
 from mechdae.draw.diagram.wheels import rack_span, rack_travel
 from mechdae.draw.labels.labels import Links, Writing, writings
 from mechdae.draw.labels.steady import AnchorFrame, SteadyLabels, chosen_labels, compared
+from mechdae.draw.poses import Seen, seen
 from mechdae.draw.primitives import PAPER, Anchor, Array, Primitive, path_of
 from mechdae.draw.sheet import Sheet, arc
+from mechdae.draw.space.depth import Item
+from mechdae.draw.space.spatial_drawing import (
+    SpatialFrame,
+    SpatialView,
+    items_of,
+    steady_in_space,
+)
+from mechdae.draw.space.spatial_loads import SpatialLoads
+from mechdae.draw.space.spatial_pose import SpatialPose
+from mechdae.draw.space.spatial_scene import SpatialScene
 from mechdae.draw.words import Words
 from mechdae.types import Json
 
@@ -50,35 +60,70 @@ NAMES = {
 """What colours are called in the page's style sheet."""
 
 
-def fragments(scene: DrawnScene, result: SweepResult, shares: Array, lang: str = "en") -> Json:
-    """Return the scene of a motion as fragments in their order.
+def fragments(result: SweepResult, shares: Array, lang: str = "en") -> tuple[Json, Json]:
+    """Return from where a motion is seen, nothing in the plane, and its scene as fragments.
 
-    ``shares`` are those of the way at all poses. In what is returned,
-    ``parts``: see `_moving` and `_rigid`; ``reach``: of guides and racks least and greatest slide
-    [m]; ``traces``: points whose paths are drawn; ``loads``: how loads act along the poses.
+    ``shares`` are those of the way at all poses. In the scene,
+    ``parts``: see `FragmentWriter`, in space those of labels; ``traces``: points whose paths are
+    drawn; ``reach``: of guides and racks least and greatest slide [m]; ``loads``: how loads act
+    along the poses; ``solids``: what is drawn in space, see `_solids`; ``along``: places along axes
+    by name: a point, a body, a direction in it, how far [m].
     """
-    pose = choose_pose(scene, getattr(result, "kind", ""))
-    known = scene.assembled() or [pose]
-    some = compared(known, pose)
-    bounds = common_extent(scene, some, True)
-    peak = peak_force(scene, result, some)
-    view = View(bounds=bounds, peak=peak, memory={}, larger=style.PAGE)
+    shown = seen(result)
+    known = shown.scene.assembled() or [shown.pose]
+    some = compared(known, shown.pose)
+    view = replace(
+        shown.view, bounds=shown.bounds(some, True), peak=peak_force(shown.scene, result, some),
+        memory={}, larger=style.PAGE,
+    )  # fmt: skip
+    if isinstance(view, SpatialView):
+        space, drawing = _in_space(shown, view, some, shares, Words(lang))
+    else:
+        space, drawing = {}, _in_plane(shown, view, known, some, shares, Words(lang))
+    return space, drawing | {"traces": list(shown.scene.paths)}
+
+
+def _in_plane(
+    shown: Seen, view: View, known: Sequence[int], some: Sequence[int], shares: Array, words: Words
+) -> Json:
+    scene, result, pose = shown.scene, shown.result, shown.pose
+    assert view.bounds is not None
     loads = _loads(scene, result, pose, known, view.peak or 1.0)
-    sheet, marks, labels = steady_labels(scene, result, some, view, Words(lang))
+    sheet, marks, labels = steady_labels(scene, result, some, view, words)
     # sizes that change are not written
     marks = [replace(mark, text=mark.name) if mark.name in loads else mark for mark in marks]
     labels.write(sheet, pose, marks, shares)
     writer = FragmentWriter(sheet, lambda anchor: FragmentFrame(sheet, scene, pose, anchor))
-    return {
-        "parts": list(writer.parts()),
-        "reach": {
-            joint.name: _reach(scene, joint, pose, bounds[2])
-            for joint in scene.joints(pose)
-            if joint.straight or joint.wheels == 1
-        },
-        "traces": list(scene.paths),
-        "loads": loads,
+    reach = {
+        joint.name: _reach(scene, joint, pose, view.bounds[2])
+        for joint in scene.joints(pose)
+        if joint.straight or joint.wheels == 1
     }
+    return {"parts": list(writer.parts()), "reach": reach, "loads": loads}
+
+
+def _in_space(
+    shown: Seen, view: SpatialView, some: Sequence[int], shares: Array, words: Words
+) -> tuple[Json, Json]:
+    scene, result, index, eye = shown.scene, shown.result, shown.pose, view.viewpoint
+    assert view.bounds is not None
+    sheet, labels = steady_in_space(scene, result, some, view, words)
+    paper = Sheet(None, *view.bounds[:2], larger=style.PAGE)
+    pose, items, _ = items_of(paper, scene, result, index, view)
+    loads = SpatialLoads(pose, result, words, view.peak)
+    arrows = [arrow for arrow in loads.arrows() if _steady(scene, result, str(arrow.gid), some)]
+    drawn = {arrow.gid for arrow in arrows}
+    sheet.drawn.clear()
+    marks = [mark for mark in loads.marks if f"load-{mark.name}" in drawn]
+    labels.write(sheet, index, marks, shares)
+    writer = FragmentWriter(sheet, lambda body: SpatialFrame(sheet, pose, body))
+    drawing = {
+        "solids": list(_solids(items + arrows, pose)),
+        "along": {name: [*row[:2], row[2].tolist(), row[3]] for name, row in pose.along.items()},
+        "parts": list(writer.parts(style.Z_LABEL)),
+    }
+    space = {"azimuth": eye.azimuth, "elevation": eye.elevation, "up": list(eye.upward)}
+    return {"space": space}, drawing
 
 
 def steady_labels(
@@ -100,6 +145,13 @@ def steady_labels(
         lambda sheet, k, anchor: FragmentFrame(sheet, scene, k, anchor),
     )
     return sheets[0], drawn[0][2], labels
+
+
+def steady(shown: Seen, poses: Sequence[int], view: View, words: Words) -> SteadyLabels:
+    """Return labels with places for all poses."""
+    if isinstance(view, SpatialView):
+        return steady_in_space(shown.scene, shown.result, poses, view, words)[1]
+    return steady_labels(shown.scene, shown.result, poses, view, words)[2]
 
 
 def anchors_of(
@@ -347,3 +399,42 @@ def templates() -> Json:
         "force": shapes(loading, np.array([-40.0 * x, zero])),
         "torque": shapes(loading, arc(zero, style.ARC, -0.6, 3.4)),
     }
+
+
+def _steady(scene: SpatialScene, result: SweepResult, gid: str, poses: Sequence[int]) -> bool:
+    """Return whether an arrow is the same in all poses, seen from what it turns with."""
+    load = scene.mechanism.loads[gid.removeprefix("load-")]
+    rows = [load_values(scene, result, load, k) for k in poses]
+    return not isinstance(load, Resistance) and all(row == rows[0] for row in rows)
+
+
+def _solids(items: list[Item], pose: SpatialPose) -> Iterator[Json]:
+    """Yield what is drawn of items: ``at`` the places, ``turn`` what it turns with, ``shapes``.
+
+    A shape is a kind (`mechdae.draw.space.depth.Facet`), a paint, a size and the ways of its places
+    from those ``at``, in units; of ``round`` ones by middle, pole and rim.
+    """
+    for item in items:
+        anchor = item.anchor
+        bases = np.array([pose.at(pose.base(name)) for name in anchor.points])
+        turn = pose.view.basis @ pose.turned(anchor.turn)
+        part: Json = {"id": item.gid or "", "at": list(anchor.points), "turn": anchor.turn}
+        if item.is_face or (item.bridges and not item.closed):
+            part["owner"] = item.owner
+        if anchor.grow:
+            part["grow"] = [anchor.grow, round(_length(anchor, pose), 6)]
+        part["shapes"] = []
+        for facet in item.parts:
+            each = len(bases) == len(facet.points)
+            ways = (facet.points - (bases if each else bases[:1])) @ turn
+            kind = f"{facet.kind} round" if facet.round else facet.kind
+            row = [round(coordinate, 2) + 0.0 for coordinate in ways.ravel().tolist()]
+            part["shapes"].append([kind, look_of(facet), round(facet.size, 2), row])
+        yield part
+
+
+def _length(anchor: Anchor, pose: SpatialPose) -> float:
+    if ">" not in anchor.grow:
+        return pose.sheet.metre
+    a, b = (pose.base(name) for name in anchor.grow.split(">"))
+    return float(np.linalg.norm(b - a)) * pose.sheet.metre

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from types import MappingProxyType
 from typing import TYPE_CHECKING
@@ -13,15 +13,14 @@ from mechdae.describe.vectors.expand import slide_of
 from mechdae.describe.vectors.loops_of import LoopVectors, drawn_vectors
 from mechdae.draw import style
 from mechdae.draw.diagram import symbols
-from mechdae.draw.diagram.diagram import draw_pose, extent
 from mechdae.draw.diagram.driver import driven_bodies, drivers_of
 from mechdae.draw.diagram.places import missing_hint
-from mechdae.draw.diagram.scene import Array, DrawnScene, choose_pose, read_scene
-from mechdae.draw.diagram.view import View
+from mechdae.draw.diagram.scene import Array
 from mechdae.draw.figure import new_axes
 from mechdae.draw.fonts import font, width_of
 from mechdae.draw.labels import layout
 from mechdae.draw.labels.labels import DISC_AIR, Links, Writing, write_all
+from mechdae.draw.poses import Eye, seen
 from mechdae.draw.sheet import Sheet, arc, normal, unit
 from mechdae.draw.words import Words
 from mechdae.errors import InputError
@@ -30,7 +29,6 @@ from mechdae.records import dataclass
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from mechdae.draw.space.spatial_scene import SpatialScene
     from mechdae.results.result import Result
 
 GREY = MappingProxyType(dict.fromkeys((*style.DRAWN, style.ARROW), "#a9b2ba"))
@@ -64,26 +62,13 @@ def draw(
     *,
     pose: int | None = None,
     scale: float | None = None,
-    view: tuple[float, float] | str | None = None,
+    view: Eye = None,
     dark: bool = False,
     lang: str = "en",
 ) -> Axes:
     """Draw the vectors of the closed loops of a mechanism over its diagram in one pose.
 
-    Parameters
-    ----------
-    result
-        What `mechdae.solve` returned, of vector loops or of bodies and joints: these are written
-        as loops by `mechdae.loops_of`.
-    ax
-        Axes to draw in; without it those of a new figure.
-    pose, scale, dark, lang, view
-        As of the diagram.
-
-    Returns
-    -------
-    matplotlib.axes.Axes
-        Axes in metres.
+    Bodies and joints are written as loops by `mechdae.loops_of`; options are the catalogue's.
 
     Raises
     ------
@@ -95,11 +80,8 @@ def draw(
     words, theme = Words(lang), style.DARK if dark else style.LIGHT
     faint = style.Theme(MappingProxyType({**theme.colours, **(DIM if dark else GREY)}))
     vectors = drawn_vectors(result.mechanism)
-    scene, index, shown, flat, paint = (
-        _in_space(result, pose, view, faint, words)
-        if result.mechanism.dimension == 3
-        else _in_plane(result, pose, faint, words)
-    )
+    shown = seen(result, pose, view)
+    scene, index, flat = shown.scene, shown.pose, shown.view.flat
     drivers = drivers_of(scene, result)
     driven = {*driven_bodies(scene, drivers), *(entry.part for entry in drivers)}
     vectors = vectors.among({
@@ -116,8 +98,7 @@ def draw(
         return flat(scene.place(point, index) if beside is None else np.array(beside))
 
     ends = {name: (place(tail), place(head)) for name, (tail, head) in vectors.ends.items()}
-    assert shown.bounds is not None
-    low, high, size = shown.bounds
+    low, high, size = shown.bounds([index], False)
     places = [spot for pair in ends.values() for spot in pair]
     low, high = np.min([low, *places], axis=0), np.max([high, *places], axis=0)
     chosen = font(style.NOTE, style.NOTE_FONT)
@@ -125,51 +106,16 @@ def draw(
     tall = ROW * len(rows) + style.STRIP + 8.0
     margins = (style.MARGIN, style.MARGIN + wide, style.MARGIN, style.MARGIN)
     larger = (1.0 + wide / style.AREA[0], max(1.0, tall / style.AREA[1]))
-    shown = replace(
-        shown, bounds=(low, high, size), scale=scale, paper=theme, margins=margins, larger=larger
-    )
+    framed = replace(
+        shown.view, traces=False, labels=False, loads=False, bounds=(low, high, size),
+        scale=scale, paper=theme, margins=margins, larger=larger,
+    )  # fmt: skip
     axes = ax if ax is not None else new_axes(theme, larger, high - low, margins)
-    sheet = paint(axes, shown)
+    sheet = shown.draw(axes, framed, faint, words)
     sheet.theme = theme
     _arrows(sheet, vectors, looks, {n: (sheet.at(a), sheet.at(b)) for n, (a, b) in ends.items()})
     _legend(sheet, rows, wide, chosen)
     return axes
-
-
-Painter = Callable[["Axes | None", View], Sheet]
-Shown = tuple["DrawnScene | SpatialScene", int, View, Callable[[Array], Array], Painter]
-"""Scene, pose, view, places in the picture, what draws the mechanism behind."""
-
-
-def _in_plane(result: Result, pose: int | None, theme: style.Theme, words: Words) -> Shown:
-    scene = read_scene(result)
-    index = choose_pose(scene, result.kind, pose)
-    shown = View(False, 0, False, False, extent(scene, index, False, 0))
-
-    def paint(paper: Axes | None, framed: View) -> Sheet:
-        return draw_pose(paper, scene, result, index, framed, theme, words)
-
-    return scene, index, shown, np.asarray, paint
-
-
-def _in_space(
-    result: Result, pose: int | None, view: tuple[float, float] | str | None, theme: style.Theme,
-    words: Words,
-) -> Shown:  # fmt: skip
-    from mechdae.draw.space import spatial_drawing
-    from mechdae.draw.space.pose_choice import choose
-    from mechdae.draw.space.spatial_scene import read_spatial
-
-    scene = read_spatial(result)
-    index, seen, moved = choose(scene, result.kind, pose, view)
-    bounds = spatial_drawing.extent(scene, [index], seen, moved, False)
-    shown = spatial_drawing.SpatialView(False, 0, False, False, bounds, viewpoint=seen, moved=moved)
-
-    def paint(paper: Axes | None, framed: View) -> Sheet:
-        assert isinstance(framed, spatial_drawing.SpatialView)
-        return spatial_drawing.draw_spatial_pose(paper, scene, result, index, framed, theme, words)
-
-    return scene, index, shown, seen.flat, paint
 
 
 def _looks(vectors: LoopVectors, driven: set[str]) -> Mapping[str, Look]:

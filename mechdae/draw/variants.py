@@ -16,9 +16,8 @@ from mechdae.describe.dimensions import parameter_units
 from mechdae.describe.units import Units
 from mechdae.draw import style
 from mechdae.draw.catalogue import PICTURES
-from mechdae.draw.diagram.diagram import draw_pose, extent, has_paths
+from mechdae.draw.diagram.diagram import View, draw_pose, extent, has_paths
 from mechdae.draw.diagram.scene import choose_pose, read_scene
-from mechdae.draw.diagram.view import View
 from mechdae.draw.graphs import coupler, curves
 from mechdae.draw.graphs.scale import number, scale_of
 from mechdae.draw.smooth import traced

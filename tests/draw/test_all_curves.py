@@ -6,7 +6,7 @@ import pytest
 
 import mechdae as md
 from mechdae.describe.file import library
-from mechdae.draw.choice import kind_and_task
+from mechdae.draw.catalogue import kind_and_task
 from tests.shared.finer_curves import HALF, farthest
 
 

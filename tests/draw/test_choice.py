@@ -10,9 +10,8 @@ import pytest
 
 import mechdae as md
 from mechdae.describe.file import library
-from mechdae.draw import choice
-from mechdae.draw.catalogue import PICTURES
-from mechdae.draw.choice import kind_and_task
+from mechdae.draw import catalogue
+from mechdae.draw.catalogue import PICTURES, kind_and_task
 from tests.shared.command import run
 
 CHOSEN = (
@@ -62,7 +61,7 @@ SAMPLE = library.names()[::4]
 
 def test_no_picture_is_of_a_task_that_cannot_show_it(monkeypatch: pytest.MonkeyPatch) -> None:
     assert not unsuited(SAMPLE)
-    monkeypatch.setattr(choice, "_kinds", lambda *_: ())  # planted: options do not count
+    monkeypatch.setattr(catalogue, "_kinds", lambda *_: ())  # planted: options do not count
     assert unsuited(["four-stroke-engine"])
 
 

@@ -11,7 +11,7 @@ from PIL import Image
 import mechdae as md
 from mechdae.cli import main
 from mechdae.draw import save
-from mechdae.draw.animation import animate, closes
+from mechdae.draw.animation import animate
 from mechdae.draw.diagram.scene import read_scene
 
 
@@ -42,7 +42,7 @@ def test_a_turn_of_wheels_that_do_not_come_back_is_not_closed():
     driver = md.Driver("sun.angle", from_=0.0, to=2 * np.pi)
     result = md.solve(mechanism, md.Sweep(driver, poses=9))
     scene = read_scene(result)
-    assert not closes(scene, scene.assembled())
+    assert not scene.closes(scene.assembled())
 
 
 def test_gif_has_all_frames_of_one_size(turn, tmp_path):

@@ -8,7 +8,7 @@ from matplotlib.lines import Line2D
 
 import mechdae as md
 from mechdae.draw.labels import layout
-from mechdae.draw.labels.arrangement import Arrangement
+from mechdae.draw.labels.layout import Arrangement
 from mechdae.draw.labels.obstacles import Obstacles
 from tests.scripts.labelling import COUNTS, MARK, _distance, count, paged, random_one, table
 from tests.shared.paths import FIGURES

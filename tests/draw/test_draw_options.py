@@ -26,17 +26,15 @@ outputs = ["summary/stroke/guide"]
 """
 
 
-def drawings(kind: str):
-    """Return the functions whose keywords are the options of a kind: in the plane and in space."""
-    picture = PICTURES[kind]
-    for name in filter(None, (picture.module, picture.in_space)):
-        module = importlib.import_module(name)
-        yield getattr(module, "animate", module.draw)
+def drawing(kind: str):
+    """Return the function whose keywords are the options of a kind."""
+    module = importlib.import_module(PICTURES[kind].module)
+    return getattr(module, "animate", module.draw)
 
 
 @pytest.mark.parametrize("kind", PICTURES)
 def test_options_are_those_of_the_drawing_functions(kind: str) -> None:
-    given = [own for one in drawings(kind) for own in inspect.signature(one).parameters.values()]
+    given = inspect.signature(drawing(kind)).parameters.values()
     keywords = {own.name: own.default for own in given if own.kind is own.KEYWORD_ONLY}
     keywords = {name: default for name, default in keywords.items() if name not in ON_PAPER}
     assert set(names_of(kind)) == set(keywords)

@@ -17,7 +17,7 @@ from mechdae.draw.diagram.scene import read_scene
 from mechdae.draw.plans.forces import force_plans
 from mechdae.draw.plans.friction import pins_of
 from mechdae.draw.plans.lever import lever
-from mechdae.draw.plans.motion import motion_plan
+from mechdae.draw.plans.relations import motion_plan
 from mechdae.draw.plans.vectors import CLOSED, round_up
 from mechdae.results import Named, Series
 from tests.shared.predefined import predefined

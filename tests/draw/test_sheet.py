@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 import mechdae as md
 from mechdae.draw import style
-from mechdae.draw.diagram import diagram
+from mechdae.draw.diagram import heads
 from mechdae.draw.words import Words
 from tests.shared.drawn import (
     POSES,
@@ -50,8 +50,8 @@ def test_subtitle_tells_the_driver_value():
     [(0.13, 0.1, "100 mm"), (0.0499, 0.02, "20 mm"), (7.0, 5.0, "5 m"), (1.0, 1.0, "1 m")],
 )
 def test_scale_bar_has_a_round_length(about, length, text):
-    assert diagram.nice_length(about) == pytest.approx(length)
-    assert diagram.length_text(length, Words()) == text
+    assert heads.nice_length(about) == pytest.approx(length)
+    assert heads.length_text(length, Words()) == text
 
 
 def test_long_titles_are_fitted():

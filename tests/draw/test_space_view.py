@@ -7,9 +7,8 @@ import pytest
 
 from mechdae.draw.space import solids
 from mechdae.draw.space.depth import STEP, Item, crossings, depth_order, gaps, nearer, seen
-from mechdae.draw.space.spatial_links import edges_of, faces_of
-from mechdae.draw.space.view_choice import Wireframe, best_view
-from mechdae.draw.space.viewpoint import Viewpoint
+from mechdae.draw.space.spatial_pose import edges_of, faces_of
+from mechdae.draw.space.viewpoint import Viewpoint, Wireframe, best_view
 from mechdae.results.rotations import matrices
 
 SHALLOW = np.rad2deg(np.arctan(np.sqrt(0.5)))

@@ -9,11 +9,11 @@ import pytest
 
 import mechdae as md
 from mechdae.draw import style
+from mechdae.draw.fragments import fragments
 from mechdae.draw.labels.steady import compared
 from mechdae.draw.sheet import Sheet
 from mechdae.draw.space.pose_choice import choose
 from mechdae.draw.space.spatial_drawing import SpatialView, extent, items_of
-from mechdae.draw.space.spatial_fragments import fragments_in_space
 from mechdae.draw.space.spatial_scene import read_spatial
 from tests.shared.live import WEB
 from tests.shared.node import needs_node, run_script
@@ -69,7 +69,7 @@ def test_facets_are_those_of_plot(name, tmp_path):
         }
         for k in rows
     ]
-    drawing = fragments_in_space(result, np.linspace(0.0, 1.0, len(result.status)))[1]
+    drawing = fragments(result, np.linspace(0.0, 1.0, len(result.status)))[1]
     found = placed(drawing, poses, view.basis.tolist(), sheet.metre, tmp_path)
     compared_facets = 0
     for k, shapes in zip(rows, found, strict=True):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import mechdae as md
-from mechdae.draw.space.spatial_fragments import fragments_in_space
+from mechdae.draw.fragments import fragments
 
 
 @pytest.mark.parametrize(
@@ -18,7 +18,7 @@ from mechdae.draw.space.spatial_fragments import fragments_in_space
 )
 def test_arrows_move_with_the_place_of_a_load(name, load, places, head):
     result = md.solve(name)
-    drawing = fragments_in_space(result, np.linspace(0.0, 1.0, len(result.status)))[1]
+    drawing = fragments(result, np.linspace(0.0, 1.0, len(result.status)))[1]
     parts = [part for part in drawing["solids"] if part["id"] == f"load-{load}"]
     assert parts
     assert {(*part["at"], part["turn"]) for part in parts} == {(*places, "")}

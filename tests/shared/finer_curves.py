@@ -9,8 +9,7 @@ import numpy as np
 
 import mechdae as md
 from mechdae.draw import smooth
-from mechdae.draw.catalogue import picture_of
-from mechdae.draw.choice import kind_and_task
+from mechdae.draw.catalogue import kind_and_task, picture_of
 from mechdae.draw.graphs import curves
 from mechdae.tasks.pictures import for_picture
 

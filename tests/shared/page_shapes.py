@@ -10,9 +10,8 @@ import numpy as np
 
 import mechdae as md
 from mechdae.draw import style
-from mechdae.draw.diagram.diagram import draw_scene, extent
+from mechdae.draw.diagram.diagram import View, draw_scene, extent
 from mechdae.draw.diagram.scene import read_scene
-from mechdae.draw.diagram.view import View
 from mechdae.draw.sheet import Sheet
 from mechdae.draw.words import Words
 from tests.shared.drawn import gids, with_gid

@@ -19,10 +19,10 @@ from mechdae.draw.catalogue import (
     PICTURES,
     Option,
     check_suits,
+    kind_and_task,
     kinds_with,
     picture_of,
 )
-from mechdae.draw.choice import kind_and_task
 from mechdae.errors import AssemblyError, InputError, SolveError, UnknownName
 
 if TYPE_CHECKING:

@@ -17,7 +17,7 @@ from mechdae.draw.designs.drawn_design import (
     runs_of,
     sense_of,
 )
-from mechdae.draw.diagram.diagram import fitted
+from mechdae.draw.diagram.heads import fitted
 from mechdae.draw.figure import note
 from mechdae.draw.fonts import plain
 from mechdae.draw.graphs.frame import Entry, Panels, shaded

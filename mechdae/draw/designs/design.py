@@ -27,11 +27,11 @@ from mechdae.draw.designs.targets import (
     draw_targets,
     enlarged,
 )
-from mechdae.draw.diagram.diagram import extent
 from mechdae.draw.diagram.places import fixed_bodies
-from mechdae.draw.diagram.scene import Array, DrawnScene, read_scene
+from mechdae.draw.diagram.scene import Array, DrawnScene
 from mechdae.draw.figure import new_axes
 from mechdae.draw.graphs.frame import Panels
+from mechdae.draw.poses import Eye, Seen, seen
 from mechdae.draw.sheet import Sheet
 from mechdae.draw.words import Words
 from mechdae.errors import InputError
@@ -55,26 +55,14 @@ def draw(
     design: int = 0,
     labels: bool = True,
     lang: str = "en",
+    view: Eye = None,
 ) -> Axes:
-    """Draw a design of a synthesis.
+    """Draw a design of a synthesis, with the options of the catalogue; 0 is the best one.
 
     Of a path or a motion: the kinematic diagram at the first target, the path over the whole
     sweep, the targets with their errors. Of a function: the output with what is wanted, below it
     the structural error. Of a straight line: the diagram, below it the deviation. Of a rocker, or
-    a quantity that is least or largest: the diagram with both extreme positions.
-
-    Parameters
-    ----------
-    result
-        What a task of kind synthesis gave.
-    ax
-        Axes to draw in; without it those of a new figure.
-    design
-        Index of the design, 0: the best.
-    labels
-        Whether joints have letters and links numbers.
-    lang
-        Language of the words, "en" or "ru".
+    a quantity that is least or largest: the diagram, in the plane with both extreme positions.
 
     Returns
     -------
@@ -91,29 +79,36 @@ def draw(
     goal = drawn.goal
     if isinstance(goal, FunctionTargets):
         return output.draw(drawn, goal, ax, words)
-    if isinstance(goal, StraightLine):
+    shown = seen(drawn.motion, 0, view)
+    if isinstance(goal, StraightLine) and not shown.in_space:
         return output.draw_line(drawn, goal, ax, labels, words)
     if isinstance(goal, Visits):
-        return _visits(drawn, goal, ax, labels, words)
+        return _visits(drawn, shown, goal, ax, labels, words)
     axes = new_axes() if ax is None else ax
-    _swinging(drawn, axes, labels, words)
+    if shown.in_space:
+        facts = [drawn.name(words), *drawn.facts(words)]
+        draw_facts(axes, shown, drawn, words, facts, labels=labels)
+    else:
+        _swinging(drawn, shown, axes, labels, words)
     return axes
 
 
-def _visits(design: DrawnDesign, goal: Visits, ax: Axes | None, labels: bool, words: Words) -> Axes:
+def _visits(
+    design: DrawnDesign, shown: Seen, goal: Visits, ax: Axes | None, labels: bool, words: Words
+) -> Axes:
     """Draw the diagram at the first target, with all targets; small ones once more below."""
-    scene = read_scene(design.motion)
-    path = design.path(goal.what)
-    rows = np.array(goal.targets)
-    reached = rows[:, :2]
+    flat, plane = shown.view.flat, not shown.in_space
+    path, wanted = flat(design.path(goal.what)), flat(np.array(goal.places))
+    reached = wanted
     if not design.defects:  # else it does not move through its targets
-        reached = design.places(design.moves.at_targets, goal.what)
-    targets = Targets(rows[:, :2], reached, rows[:, 2] if goal.is_motion else None)
-    low, high, size = extent(scene, 0, True, 0)
+        reached = flat(design.places(design.moves.at_targets, goal.what))
+    angles = np.array(goal.targets)[:, 2] if plane and goal.is_motion else None
+    targets = Targets(wanted, reached, angles)
+    low, high, size = shown.bounds([0], plane)
     low = np.minimum(low, targets.wanted.min(axis=0))
     high = np.maximum(high, targets.wanted.max(axis=0))
     lower = None
-    if _share(targets.wanted, high - low) < SMALL:
+    if plane and _share(targets.wanted, high - low) < SMALL:
         axes, lower = above_and_below(ax, BELOW, SHARE)
     else:
         axes = new_axes() if ax is None else ax
@@ -140,8 +135,8 @@ def _visits(design: DrawnDesign, goal: Visits, ax: Axes | None, labels: bool, wo
         if "m" in units.by_si:
             length = output.worst_text("m", errors, words, units)
         facts.insert(2, words("largest at a target", length, worst + 1))
-    draw_facts(axes, scene, design, words, facts, labels=labels, bounds=(low, high, size),
-               overlay=overlay)  # fmt: skip
+    draw_facts(axes, shown, design, words, facts, labels=labels, bounds=(low, high, size),
+               overlay=overlay, traces=plane)  # fmt: skip
     return axes
 
 
@@ -152,15 +147,15 @@ def _share(targets: Array, spans: Array) -> float:
     return size * float((room / np.maximum(spans, 1e-300)).min())
 
 
-def _swinging(design: DrawnDesign, axes: Axes, labels: bool, words: Words) -> None:
+def _swinging(design: DrawnDesign, shown: Seen, axes: Axes, labels: bool, words: Words) -> None:
     """Draw the diagram between the extreme positions of a link, and those faintly."""
-    scene = read_scene(design.motion)
+    scene = shown.scene
     facts = [design.name(words), *design.facts(words)]
     rockers = [goal for goal, _ in design.demand.goals if isinstance(goal, Rocker)]
     turning = [goal.coordinate for goal in rockers if goal.coordinate.endswith(".angle")]
     end = _end_of(design, scene, turning[0].rpartition(".")[0] if turning else None)
     if end is None:
-        draw_facts(axes, scene, design, words, facts, labels=labels)
+        draw_facts(axes, shown, design, words, facts, labels=labels)
         return
     body, reference, series, turns = end
     low, high = int(np.argmin(series)), int(np.argmax(series))
@@ -183,7 +178,7 @@ def _swinging(design: DrawnDesign, axes: Axes, labels: bool, words: Words) -> No
                 draw_swing(sheet, pivot, ends, (angles[0], angles[0] + swing), text)
         return ""
 
-    draw_facts(axes, scene, design, words, facts, (low + high) // 2, labels=labels,
+    draw_facts(axes, shown, design, words, facts, (low + high) // 2, labels=labels,
                ghosts=(low, high), overlay=overlay)  # fmt: skip
 
 

@@ -24,11 +24,10 @@ from mechdae.describe.tasks.goals import (
 )
 from mechdae.describe.tasks.synthesis import Demand, demand, listed_goals
 from mechdae.draw import style
-from mechdae.draw.diagram.diagram import draw_pose
-from mechdae.draw.diagram.scene import Array, DrawnScene, read_scene
-from mechdae.draw.diagram.view import View
+from mechdae.draw.diagram.scene import Array, read_scene
 from mechdae.draw.figure import new_axes
 from mechdae.draw.graphs.frame import Entry, Panels
+from mechdae.draw.poses import Seen
 from mechdae.draw.space.spatial_scene import read_spatial
 from mechdae.draw.words import Words
 from mechdae.errors import InputError
@@ -266,18 +265,14 @@ def headed(
 
 
 def draw_facts(
-    axes: Axes,
-    scene: DrawnScene,
-    design: DrawnDesign,
-    words: Words,
-    facts: Sequence[str],
-    pose: int = 0,
+    axes: Axes, shown: Seen, design: DrawnDesign, words: Words, facts: Sequence[str], pose: int = 0,
     **options: Any,
-) -> None:
+) -> None:  # fmt: skip
     """Draw the diagram of a design with facts below its title; `options` are those of a `View`."""
-    view = View(loads=False, subtitle=SEPARATOR.join(facts), **options)
-    motion = design.motion.in_units(design.result.units)
-    draw_pose(axes, scene, motion, pose, view, style.LIGHT, words)
+    options = {"bounds": shown.bounds([pose], True), **options}
+    view = replace(shown.view, loads=False, subtitle=SEPARATOR.join(facts), **options)
+    moving = replace(shown, result=design.motion.in_units(design.result.units))
+    moving.draw(axes, view, style.LIGHT, words, pose)
 
 
 def mark_of(index: int) -> str:

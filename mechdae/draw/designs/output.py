@@ -14,10 +14,10 @@ from mechdae.describe.units import SI, Units
 from mechdae.draw import style
 from mechdae.draw.designs.drawn_design import TURN, DrawnDesign, above_and_below, draw_facts
 from mechdae.draw.designs.targets import draw_path
-from mechdae.draw.diagram.diagram import extent
-from mechdae.draw.diagram.scene import Array, read_scene
+from mechdae.draw.diagram.scene import Array
 from mechdae.draw.graphs.frame import Entry, Panels
 from mechdae.draw.graphs.scale import Scale, scale_of, step_of
+from mechdae.draw.poses import seen
 from mechdae.draw.sheet import Sheet, unit
 from mechdae.draw.words import Words
 from mechdae.types import Json
@@ -143,7 +143,7 @@ def draw_line(
     """Draw the diagram at the beginning of the line, and the deviation along it."""
     upper, lower = above_and_below(ax, BELOW, SHARE)
     along, errors, places = deviation(design, goal)
-    scene = read_scene(design.motion)
+    shown = seen(design.motion, 0)
     path = design.path(goal.point)
 
     def overlay(sheet: Sheet) -> str:
@@ -169,9 +169,7 @@ def draw_line(
     text = unit_text(small, power)
     facts = [design.name(words), *design.facts(words)]
     facts.insert(2, words("largest error", worst_text("m", errors, words, units)))
-    low, high, size = extent(scene, 0, True, 0)
-    draw_facts(upper, scene, design, words, facts, labels=labels, bounds=(low, high, size),
-               overlay=overlay)  # fmt: skip
+    draw_facts(upper, shown, design, words, facts, labels=labels, overlay=overlay)
     frame = Panels(lower, 1, "", "")
     panel = frame.panels[0]
     across = scale_of("m", [along], units)

@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 
 from mechdae.describe.units import SI, Units
 from mechdae.draw import style
-from mechdae.draw.diagram.diagram import nice_length
+from mechdae.draw.diagram.heads import nice_length
 from mechdae.draw.diagram.scene import Array
 from mechdae.draw.fonts import font, ink
 from mechdae.draw.graphs.frame import Panels, Places

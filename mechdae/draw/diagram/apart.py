@@ -18,17 +18,11 @@ from mechdae.describe.mechanism import GROUND, Body, Mechanism
 from mechdae.draw import style
 from mechdae.draw.closing import check_closes
 from mechdae.draw.diagram import symbols
-from mechdae.draw.diagram.diagram import (
-    draw_frame,
-    draw_scene,
-    extent,
-    on_axes,
-    write_heads,
-)
+from mechdae.draw.diagram.diagram import View, draw_scene, extent, on_axes
 from mechdae.draw.diagram.driver import drivers_of
+from mechdae.draw.diagram.heads import draw_frame, write_heads
 from mechdae.draw.diagram.places import letters_of, missing_hint, numbers_of, places_of
 from mechdae.draw.diagram.scene import Array, DrawnScene, choose_pose, read_scene
-from mechdae.draw.diagram.view import View
 from mechdae.draw.fonts import font, ink
 from mechdae.draw.labels.labels import Links, Writing, write_all, writings
 from mechdae.draw.plans.relations import groups_of, named_group
@@ -84,25 +78,7 @@ def draw(
 ) -> Axes:
     """Draw the Assur groups of one pose apart, each with its outer pairs, name, class and order.
 
-    Parameters
-    ----------
-    result
-        What `mechdae.solve` returned, with poses.
-    ax
-        Axes to draw in, in their final size; without it those of a new figure.
-    pose
-        Index of the pose, as of the diagram.
-    group
-        That group alone, by its name in the structural formula or the beginning of it.
-    labels
-        Whether joints have letters and links numbers, those of the diagram.
-    dark, lang, scale
-        As of the diagram.
-
-    Returns
-    -------
-    matplotlib.axes.Axes
-        Axes in metres, equal in both directions.
+    Options are those of the catalogue; given axes are in their final size.
 
     Raises
     ------
@@ -121,8 +97,7 @@ def draw(
 
     def drawn(paper: Axes | None, shown: View) -> Sheet:
         sheet = draw_pieces(paper, scene, result, index, pieces, shown, theme, words)
-        shown = replace(shown, subtitle="") if not value else replace(shown, label=value)
-        write_heads(sheet, scene, result, index, words, shown)
+        write_heads(sheet, scene, result, index, words, value)
         return sheet
 
     return on_axes(ax, view, theme, drawn)

@@ -4,43 +4,37 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
+from numpy.typing import ArrayLike
 
+from mechdae.describe.coordinates import NamedCoordinate
 from mechdae.describe.joints.curve import follows_curve
 from mechdae.describe.mechanism import GROUND
-from mechdae.describe.units import SI, Units
 from mechdae.draw import style
-from mechdae.draw.closing import check_closes
+from mechdae.draw.closing import check_closes, draw_gaps
 from mechdae.draw.diagram import symbols
 from mechdae.draw.diagram.curves import draw_curve, reach
-from mechdae.draw.diagram.driver import (
-    draw_drivers,
-    driven_bodies,
-    drivers_of,
-    held_drivers,
-    time_text,
-    value_text,
-)
-from mechdae.draw.diagram.gaps import blame_text, draw_gaps, open_text
+from mechdae.draw.diagram.driver import draw_drivers, driven_bodies, drivers_of, held_drivers
 from mechdae.draw.diagram.guides import draw_guides, travel
+from mechdae.draw.diagram.heads import draw_frame, outside_of, write_heads, write_legend
 from mechdae.draw.diagram.loads import Mark, draw_loads, load_points
 from mechdae.draw.diagram.places import JoinedScene, Place, free_points, places_of
-from mechdae.draw.diagram.scene import SHORT, Array, DrawnScene, choose_pose, named_pose, read_scene
+from mechdae.draw.diagram.scene import SHORT, Array, DrawnScene, named_pose
 from mechdae.draw.diagram.shapes import draw_body, draw_bridges, draw_ghost, shape_of
-from mechdae.draw.diagram.view import View
 from mechdae.draw.diagram.wheels import circles, draw_wheels, rack_span
-from mechdae.draw.fonts import font, ink, plain, width_of
 from mechdae.draw.labels.labels import Links, write_all, writings
 from mechdae.draw.sheet import Sheet, margins_of
-from mechdae.draw.smooth import few_named, traced
-from mechdae.draw.words import ENGLISH, Words
+from mechdae.draw.smooth import few_named
+from mechdae.draw.words import Words
+from mechdae.records import dataclass
 from mechdae.types import Json
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+    from mechdae.draw.labels.steady import SteadyLabels
     from mechdae.results.result import Result
 
 
@@ -48,93 +42,70 @@ FAR = 1.5
 """Paths and guides are in the picture up to so many sizes of the mechanism beside it."""
 
 
-LEGEND = 8.0
-"""Height of the subtitle, or of the names of variants, above the axes."""
 DOT = 3.0
 """Size of a place on a path of a few poses."""
 STRIDE = 8.0
 """Length of the pieces of a path that labels keep off."""
-HINTED = 0.97
-"""Share of the room that titles take: letters made of pixels are wider than their outlines."""
-LENGTHS = ((1e3, 1e3, "km"), (0.5, 1.0, "m"), (5e-4, 1e-3, "mm"), (0.0, 1e-6, "µm"))
-"""Least length, unit, name."""
 
 
-def draw(
-    result: Result,
-    ax: Axes | None = None,
-    *,
-    pose: int | None = None,
-    traces: bool = True,
-    ghosts: int | Sequence[int] = 0,
-    labels: bool = True,
-    loads: bool = True,
-    angles: Sequence[str] = (),
-    dark: bool = False,
-    lang: str = "en",
-    scale: float | Callable[[float], float] | None = None,
-    label: str = "",
-) -> Axes:
-    """Draw the kinematic diagram of one pose.
+@dataclass(frozen=True)
+class View:
+    """What a diagram shows, and what the diagrams of one motion have in common.
 
     Parameters
     ----------
-    result
-        What `mechdae.solve` returned.
-    ax
-        Axes to draw in; without it those of a new figure, which is larger than others
-        where many joints are near each other. Size and place of the axes decide the
-        scale, so they should be final.
-    pose
-        Index of the pose, negative from the end; by default the middle assembled pose of
-        a sweep, the first of a few.
-    traces
-        Whether the paths of the moving points are drawn, of more than a few poses.
-    ghosts
-        Number of other poses drawn faintly, or which ones.
-    labels
-        Whether joints have letters and links numbers.
-    loads
-        Whether forces, torques, springs, dampers and gravity are drawn.
-    angles
-        Names of links and angles (``rod.angle``), with letters of one's own ``psi=rod.angle``,
-        that have an arc with their letter; ``all`` links.
-    dark
-        Whether the colours are those for dark paper.
-    lang
-        Language of the words, "en" or "ru".
-    scale
-        Metres per millimetre of paper, or a function of the smallest that the axes allow,
-        which is the default.
+    bounds
+        Corners [m] and size of what is in the picture; without it those of the pose.
+    peak
+        The force that has the longest arrow [N]; without it the largest of the pose.
+    memory, scale, larger, margins
+        See `Sheet`.
+    subtitle
+        In place of driver value, task and pose.
     label
-        Name of the variant where several are drawn on the same axes.
-
-    Returns
-    -------
-    matplotlib.axes.Axes
-        Axes in metres, equal in both directions.
-
-    Raises
-    ------
-    InputError
-        A pose that the result does not have.
-    UnknownName
-        Another language.
+        Name of the variant, behind these.
+    behind
+        Sheets of other variants on the same axes, whose lines labels keep off.
+    bare
+        Without titles, scale bar and note: another variant has them.
+    legend
+        Names and colours of variants, in place of the subtitle.
+    paper
+        Colours of titles, where links have that of their variant.
+    overlay
+        Draws more between links and labels, and returns what is to be noted below.
+    steady
+        Labels of a motion, in place of those whose places are chosen in the pose.
+    drivers
+        Those that are drawn, by default all.
+    angles
+        Which have an arc.
     """
-    words, theme = Words(lang), style.DARK if dark else style.LIGHT
-    scene = read_scene(result)
-    index = choose_pose(scene, getattr(result, "kind", ""), pose)
-    traces = traces and has_paths(result, scene)
-    scene = traced(scene, result, read_scene) if traces else scene
-    bounds = extent(scene, index, traces, bool(ghosts))
-    larger = _larger(scene, index, *bounds[:2]) if ax is None else style.USUAL
-    view = View(traces, ghosts, labels, loads, bounds, scale=scale, larger=larger, label=label,
-                angles=angles)  # fmt: skip
 
-    def drawn(paper: Axes | None, shown: View) -> Sheet:
-        return draw_pose(paper, scene, result, index, shown, theme, words)
+    traces: bool = True
+    ghosts: int | Sequence[int] = 0
+    labels: bool = True
+    loads: bool = True
+    bounds: tuple[Array, Array, float] | None = None
+    peak: float | None = None
+    memory: dict[str, Array] | None = None
+    scale: float | Callable[[float], float] | None = None
+    larger: tuple[float, float] = style.USUAL
+    margins: style.Margins = style.MARGINS
+    subtitle: str = ""
+    label: str = ""
+    behind: tuple[Sheet, ...] = ()
+    bare: bool = False
+    legend: tuple[tuple[str, str], ...] = ()
+    paper: style.Theme | None = None
+    overlay: Callable[[Sheet], str] | None = None
+    steady: SteadyLabels | None = None
+    drivers: Sequence[NamedCoordinate] | None = None
+    angles: Sequence[str] = ()
 
-    return on_axes(ax, view, theme, drawn)
+    def flat(self, places: ArrayLike) -> Array:
+        """Return places in the picture, (..., 2), in the same unit."""
+        return np.asarray(places, dtype=float)
 
 
 V = TypeVar("V", bound="View")
@@ -203,8 +174,9 @@ def draw_pose(
     if view.bare:
         return sheet
     sheet.theme = view.paper or theme
-    write_heads(sheet, scene, result, pose, words, view)
-    write_legend(sheet, view.legend, LEGEND)
+    subtitle = " " if view.legend else view.subtitle
+    write_heads(sheet, scene, result, pose, words, view.label, subtitle)
+    write_legend(sheet, view.legend)
     return sheet
 
 
@@ -228,7 +200,7 @@ def draw_scene(
     return places, links, marks
 
 
-def _larger(scene: DrawnScene, pose: int, low: Array, high: Array) -> tuple[float, float]:
+def larger_for(scene: DrawnScene, pose: int, low: Array, high: Array) -> tuple[float, float]:
     """Return how much larger a new figure is to be so that labels find room between joints."""
     spots = np.array([scene.place(own.references[0], pose) for own in places_of(scene, pose)])
     border = np.array([2 * style.MARGIN, 2 * style.MARGIN + style.STRIP])
@@ -417,154 +389,3 @@ def _weld_arms(sheet: Sheet, scene: DrawnScene, pose: int, place: Place) -> list
                 arms.append(arm)
                 break
     return arms
-
-
-def draw_frame(
-    sheet: Sheet, scene: JoinedScene, result: Result, pose: int, words: Words, extra: str = ""
-) -> None:
-    """Draw the scale bar and the note on what is not drawn."""
-    own = getattr(result, "units", SI).of("m")
-    length = nice_length(0.2 * own.factor * float(sheet.size[0]) / sheet.metre) / own.factor
-    bar = length * sheet.metre
-    start = np.array([sheet.size[0] - 6.0 - bar, 10.0])
-    chosen = font(style.NOTE, style.NOTE_FONT)
-    text = length_text(length, words, getattr(result, "units", SI))
-    low, high = ink(text, chosen)
-    symbols.scale_bar(sheet, start, bar, "scale-bar")
-    spot = start - (5.0 + (high - low)[0] / 2, 0.0)
-    sheet.text(spot, text, chosen, style.FAINT, "scale-text")
-    sheet.box((spot[0] - (high - low)[0] / 2 - 3.0, 2.0), (sheet.size[0], 18.0))
-    note = "; ".join(text for text in (note_text(scene, result, pose, words), extra) if text)
-    if note:
-        room = float(spot[0] - (high - low)[0] / 2 - 14.0)
-        note, chosen = fitted(note, style.NOTE, room, style.NOTE_FONT)
-        low, high = ink(note, chosen)
-        sheet.text((4.0 + (high - low)[0] / 2, 10.0), note, chosen, style.FAINT, "note")
-        sheet.box((0.0, 2.0), (4.0 + (high - low)[0], 18.0))
-
-
-def outside_of(result: Result) -> set[str]:
-    """Return the bodies that no output of the task depends on."""
-    return set((getattr(result, "summary", None) or {}).get("not_in_scene", ()))
-
-
-def note_text(scene: JoinedScene, result: Any, pose: int, words: Words) -> str:
-    """Return which bodies are not drawn, and why."""
-    outside = outside_of(result)
-    drawn = set(scene.mechanism.bodies) - set(getattr(scene, "helpers", ()))
-    missing = [name for name in scene.mechanism.bodies if not scene.shown(name, pose)]
-    missing = [name for name in missing if name in drawn]
-    absent = [name for name in missing if name in outside]
-    unasked = [name for name in missing if name not in scene.origins and name not in outside]
-    unsolved = [name for name in missing if name not in {*absent, *unasked}]
-    dashed = [name for name in scene.mechanism.bodies if name in outside - set(missing)]
-    parts, status = [], words.status(scene.status[pose])
-    if dashed:
-        parts.append(f"{words('dashed')}: {', '.join(dashed)}")
-    if absent:
-        parts.append(f"{words('absent')}: {', '.join(absent)}")
-    if unasked:
-        parts.append(f"{words('unasked')}: {', '.join(unasked)}")
-    if unsolved:
-        parts.append(f"{status}, {words('undrawn')}: {', '.join(unsolved)}")
-    elif scene.open:
-        parts.append(blame_text(result, words))
-    elif scene.status[pose] != "ok":
-        parts.append(f"{words('pose')}: {status}")
-    return "; ".join(parts)
-
-
-def nice_length(about: float) -> float:
-    """Return 1, 2 or 5 times a power of ten, at most `about`."""
-    power = 10.0 ** np.floor(np.log10(about))
-    return float(
-        max(step * power for step in (1.0, 2.0, 5.0) if step * power <= about * (1 + 1e-9))
-    )
-
-
-def length_text(length: float, words: Words, units: Units = SI) -> str:
-    """Return a length with its unit: that asked for, or one from µm to km."""
-    if "m" in units.by_si:
-        own = units.of("m")
-        return f"{words.number(length * own.factor)} {words.status(own.name)}"
-    _, unit, name = next(row for row in LENGTHS if length >= row[0])
-    return f"{words.number(length / unit)} {words(name)}"
-
-
-def fitted(text: str, size: float, room: float, families: list[str]) -> tuple[str, Any]:
-    """Return a text and its font so that it fits: smaller by a quarter at most, then cut."""
-    width = width_of(text, font(size, families))
-    size *= float(np.clip(room / width, 0.75, 1.0)) if width > 0 else 1.0
-    chosen = font(size, families)
-    keep = len(text)
-    while keep > 3 and (width := width_of(text[:keep], chosen)) > 1.001 * room:
-        keep = min(keep - 1, int(keep * room / width))
-    return (text if keep == len(text) else text[: keep - 1].rstrip() + "…"), chosen
-
-
-def in_lines(text: str, size: float, room: float, families: list[str]) -> list[str]:
-    """Return a text as it is if it fits at that size, or as two lines of much the same length."""
-    chosen = font(size, families)
-    places = [k for k, letter in enumerate(text) if letter == " "]
-    if not places or width_of(text, chosen) <= room:
-        return [text]
-
-    def longer(k: int) -> float:
-        return max(width_of(part, chosen) for part in (text[:k], text[k + 1 :]))
-
-    k = min(places, key=longer)
-    return [text[:k], text[k + 1 :]]
-
-
-def write_legend(sheet: Sheet, legend: Sequence[tuple[str, str]], lift: float) -> None:
-    """Write the names of variants below the title, each in its colour."""
-    x = 4.0
-    for name, color in legend:
-        chosen, start = font(style.SUBTITLE, style.NOTE_FONT), (x, sheet.size[1] + lift)
-        sheet.write(start, plain(name), chosen, color, f"variant-{name}")
-        x += width_of(name, chosen) + 14.0
-
-
-def write_heads(
-    sheet: Sheet, scene: JoinedScene, result: Result, pose: int, words: Words, view: View
-) -> None:
-    """Write the title, and below it the values of the drivers."""
-    drivers = drivers_of(scene, result)
-    held = held_drivers(result, drivers)
-    values = [value_text(result, own, pose, words, own.text in held) for own in drivers]
-    values = [time_text(result, pose, words), *values, open_text(result, words), view.label]
-    write_titles(sheet, result, values, pose, words, " " if view.legend else view.subtitle)
-
-
-def write_titles(
-    sheet: Sheet,
-    result: Result,
-    values: list[str],
-    pose: int,
-    words: Words = ENGLISH,
-    subtitle: str = "",
-) -> None:
-    """Write the title and, below it, the driver's value and the pose, or what is given."""
-    from mechdae.draw.figure import current_format
-
-    if not current_format().titled:
-        return
-    title, count = str(getattr(result, "title", "") or result.problem), len(result.status)
-    parts = [*values, str(getattr(result, "task", "") or "")]
-    if getattr(result, "kind", "") == "modes":
-        parts.append(words("mode of", ",".join(result.labels[pose]), pose + 1, count))
-    elif count > 1:
-        parts.append(words("pose of", pose + 1, count))
-    room = HINTED * (float(sheet.size[0]) - 8.0)
-    lines = in_lines(title, 0.75 * style.TITLE, room, style.NOTE_FONT)
-    subtitle = subtitle or "  ·  ".join(part for part in parts if part)
-    rows = [(subtitle, style.SUBTITLE, LEGEND, style.FAINT, "subtitle")]
-    if len(lines) == 1 or sheet.above < 34.0 + 0.85 * style.TITLE:
-        rows.append((title, style.TITLE, 24.0, style.INK, "title"))
-    else:
-        rows.append((lines[0], 0.85 * style.TITLE, 34.0, style.INK, "title"))
-        rows.append((lines[1], 0.85 * style.TITLE, 21.0, style.INK, "title-rest"))
-    top = sheet.size[1] - max(24.0 + style.TITLE - sheet.above, 0.0)  # lower in axes of others
-    for text, size, lift, color, gid in rows:
-        text, chosen = fitted(text, size, room, style.NOTE_FONT)
-        sheet.write((4.0, top + lift), plain(text), chosen, color, gid)

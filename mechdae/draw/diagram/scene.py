@@ -31,6 +31,8 @@ CROWDED = 0.08
 """Joints closer than this share of the longest travel are hard to tell apart."""
 BOOK = (30.0, 70.0)
 """Angle of the driver [deg] at which books draw a mechanism."""
+CLOSED = 1e-9
+"""First and last pose are the same if no point is farther off than this share of its path."""
 SHORT = 4
 """Of so many poses or fewer the first one is drawn."""
 
@@ -129,6 +131,23 @@ class DrawnScene:
         for body, origins in self.origins.items():
             there &= np.isfinite(self.angles[body]) & np.isfinite(origins).all(axis=-1)
         return np.flatnonzero(there).tolist()
+
+    def closes(self, run: Sequence[int]) -> bool:
+        """Return whether a run of poses ends where it begins.
+
+        Gears may return to another tooth: what counts is where points and directions are.
+        """
+        if len(run) < 3:
+            return False
+        for body in set(self.mechanism.bodies) & set(self.origins):
+            turn = float(self.angles[body][run[-1]] - self.angles[body][run[0]])
+            track, points = self.origins[body][list(run)], self.mechanism.body(body).points
+            sizes = [float(np.abs(self.local(f"{body}.{point}")).max()) for point in points]
+            size = max(float(np.ptp(track, axis=0).max()), *sizes, 0.0)
+            off = float(np.hypot(*(track[-1] - track[0])))
+            if abs(np.sin(turn / 2)) > CLOSED or off > CLOSED * size:
+                return False
+        return True
 
     @cached_property
     def paths(self) -> dict[str, Array]:

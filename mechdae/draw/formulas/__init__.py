@@ -2,31 +2,29 @@
 
 from __future__ import annotations
 
-from mechdae.draw.formulas.document import (
-    Document,
-    Facts,
-    Formula,
-    Grid,
-    Image,
-    Note,
-    Passage,
-    Section,
-)
 from mechdae.draw.formulas.notations import plain
 from mechdae.draw.formulas.tree import (
     Column,
     Cross,
+    Document,
     Equation,
+    Facts,
+    Formula,
+    Grid,
+    Image,
     Less,
     Letter,
     Listed,
     Matrix,
     Norm,
+    Note,
     Number,
     Part,
+    Passage,
     Product,
     Quotient,
     Root,
+    Section,
     Square,
     Sum,
     UnitName,

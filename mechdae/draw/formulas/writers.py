@@ -8,18 +8,22 @@ from collections.abc import Callable, Iterator
 from html import escape
 from typing import Any
 
-from mechdae.draw.formulas.document import (
+from mechdae.draw.formulas.notations import escaped, mathml, plain, typst
+from mechdae.draw.formulas.tree import (
+    Column,
     Document,
+    Equation,
     Facts,
     Formula,
     Grid,
     Image,
     Note,
+    Number,
+    Part,
     Passage,
     Section,
+    Sum,
 )
-from mechdae.draw.formulas.notations import escaped, mathml, plain, typst
-from mechdae.draw.formulas.tree import Column, Equation, Number, Part, Sum
 
 WIDTH = 100
 """Columns of a text."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -47,27 +47,8 @@ def draw(
 ) -> Axes:
     """Draw the paths of points in the plane; of velocities or accelerations, hodographs.
 
-    Parameters
-    ----------
-    result
-        What `mechdae.solve` returned for a sweep.
-    ax
-        Axes to draw in; without it a new figure is made.
-    of
-        Names of points, or paths of vectors that have one unit: ``"points/P/velocity"`` draws
-        its hodograph. Without it the points of links that are on no joint, such as coupler
-        points, else of all links that are neither driven nor on a fixed pivot.
-    ticks
-        Whether equal steps of time are marked, where the poses are even.
-    pivots
-        Whether fixed pivots near the paths are shown.
-    label
-        Name of the variant where several are drawn on the same axes.
-
-    Returns
-    -------
-    matplotlib.axes.Axes
-        Axes with equal scales.
+    Options are those of the catalogue. Without ``of`` the points of links that are on no joint,
+    such as coupler points, else of all links that are neither driven nor on a fixed pivot.
 
     Raises
     ------
@@ -193,25 +174,10 @@ AXES = {
 }
 
 
-def draw_polar(
-    result: SweepResult, ax: Axes | None = None, *, of: Sequence[str] | None = None
-) -> Axes:
+def draw_polar(result: Any, ax: Axes | None = None, *, of: Sequence[str] | None = None) -> Axes:
     """Draw vectors of joints by their tips, with the driver's values along the curves.
 
-    Parameters
-    ----------
-    result
-        Of a task of reactions.
-    ax
-        Axes to draw_polar in; without it a new figure is made.
-    of
-        Paths of vectors: ``"joints/B/reaction"``, ``"joints/B/reaction_body"``; without it the
-        reaction of the pin that has to bear most, of a guide where there is no pin.
-
-    Returns
-    -------
-    matplotlib.axes.Axes
-        Axes with equal scales and circles of equal size of the vector.
+    Without ``of`` the reaction of the pin that has to bear most, of a guide where there is no pin.
 
     Raises
     ------

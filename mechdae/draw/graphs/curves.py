@@ -66,31 +66,11 @@ def draw(
     label: str = "",
     lang: str = "en",
 ) -> Axes:
-    """Draw series of a sweep or of reactions, one panel for each unit.
+    """Draw series of a sweep or of reactions, a panel for each unit; options are the catalogue's.
 
-    Parameters
-    ----------
-    result
-        What `mechdae.solve` returned.
-    ax
-        Axes whose place the panels divide; without it a new figure is made.
-    of
-        Paths below the task, such as ``"bodies/rocker/angle"`` or ``"joints/O/reaction"``,
-        whose components are drawn one by one; ``"joints/O/reaction/size"`` is the length of the
-        vector, ``"points/P/velocity/x"`` a component, ``"points/P"`` place, velocity and
-        acceleration. Without it what says most of that kind of task.
-    against
-        Path of the abscissa; without it the time, or the driver that moves.
-    extremes
-        Whether least and greatest values are marked, where the result has them.
-    polar
-        Draw the tip of vectors in the plane instead, see `mechdae.draw.graphs.coupler`.
-    start, end
-        Ends of what is drawn of the abscissa, in the unit that it is shown in.
-    label
-        Name of the variant where several are drawn on the same axes.
-    lang
-        Language of the words, ``"en"`` or ``"ru"``.
+    ``of`` are paths below the task, whose components are drawn one by one:
+    ``"joints/O/reaction/size"`` is the length of a vector, ``"points/P/velocity/x"`` a component,
+    ``"points/P"`` place, velocity and acceleration.
 
     Returns
     -------

@@ -17,7 +17,7 @@ from matplotlib.transforms import Affine2D
 from numpy.typing import ArrayLike
 
 from mechdae.draw import style
-from mechdae.draw.diagram.diagram import fitted, in_lines
+from mechdae.draw.diagram.heads import fitted, in_lines
 from mechdae.draw.figure import Drawing, current_format, note
 from mechdae.draw.fonts import Font, font, ink, plain
 from mechdae.draw.graphs.series import Array

@@ -46,22 +46,7 @@ def draw(
 ) -> Axes:  # fmt: skip
     """Draw the losses of all joints above each other, and their sum without feedback dashed.
 
-    Parameters
-    ----------
-    result
-        Of a task of reactions with friction.
-    ax
-        Axes to draw in; without it a new figure is made.
-    of
-        The joints to draw; without it all that lose power, the largest below.
-    polar
-        Draw the reactions of those joints in the plane instead.
-    lang
-        Language of the words, ``"en"`` or ``"ru"``.
-
-    Returns
-    -------
-    matplotlib.axes.Axes
+    Options are those of the catalogue; without ``of`` all joints that lose power.
 
     Raises
     ------

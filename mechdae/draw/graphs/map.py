@@ -64,30 +64,13 @@ def draw(
     along: Sequence[str] | None = None,
     equal: bool = False,
 ) -> Axes:
-    """Draw values over the parameters of a study, or over two drivers.
+    """Draw values over the parameters of a study, or over two drivers; options are the catalogue's.
 
     Sets that jam, do not assemble or have several solutions are shaded, hatched and named; an
-    efficiency below zero is: there loads would drive, and the driver has to push too.
-
-    Parameters
-    ----------
-    result
-        Of a study; or of a sweep with two drivers whose poses form their workspace.
-    ax
-        Axes to draw in; without it a new figure is made.
-    of
-        One path of the study's table, with its indices if it has several numbers,
-        ``"points/P/position[0][1]"``; of a study over one parameter several with one unit. Of
-        a workspace a path below the task (default: ``"condition"``).
-    along
-        One or two parameters that are the axes, of more that vary; the others stay at their first
-        value.
-    equal
-        Whether both axes have one scale, of parameters that are the coordinates of a place.
-
-    Returns
-    -------
-    matplotlib.axes.Axes
+    efficiency below zero is: there loads would drive, and the driver has to push too. ``of`` is a
+    path of the study's table, with indices if it has several numbers,
+    ``"points/P/position[0][1]"``; over one parameter several with one unit, of a workspace a path
+    below the task. Parameters that are no axes stay at their first value.
 
     Raises
     ------

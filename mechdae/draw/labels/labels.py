@@ -21,7 +21,7 @@ from mechdae.draw.diagram.scene import Array, DrawnScene
 from mechdae.draw.diagram.shapes import Piece, inside, within
 from mechdae.draw.fonts import Font, font, ink, plain
 from mechdae.draw.labels import layout
-from mechdae.draw.labels.arrangement import feet_of
+from mechdae.draw.labels.layout import feet_of
 from mechdae.draw.sheet import Sheet, unit
 from mechdae.records import dataclass
 

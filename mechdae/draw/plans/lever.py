@@ -27,7 +27,7 @@ from mechdae.draw.plans.board import (
     write,
 )
 from mechdae.draw.plans.forces import BodyForces
-from mechdae.draw.plans.motion import motion_plan
+from mechdae.draw.plans.relations import motion_plan
 from mechdae.draw.plans.vectors import CLOSED, Arrow, End, Plan, round_up
 from mechdae.draw.sheet import MILLIMETRE, Sheet, normal
 from mechdae.errors import UnavailableError

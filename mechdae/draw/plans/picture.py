@@ -10,9 +10,9 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from mechdae.draw import style
-from mechdae.draw.diagram import apart, diagram
-from mechdae.draw.diagram.driver import drivers_of, held_drivers, time_text, value_text
+from mechdae.draw import poses, style
+from mechdae.draw.diagram import apart
+from mechdae.draw.diagram.heads import write_heads
 from mechdae.draw.diagram.scene import DrawnScene, choose_pose, read_scene
 from mechdae.draw.figure import Drawing, current_format, new_axes
 from mechdae.draw.fonts import font, ink
@@ -20,11 +20,11 @@ from mechdae.draw.plans.board import draw_plan, heading, scale_text
 from mechdae.draw.plans.forces import force_plans
 from mechdae.draw.plans.friction import draw_lines, draw_pin, force_scale_of, pins_of
 from mechdae.draw.plans.lever import draw_lever, lever
-from mechdae.draw.plans.motion import motion_plan
-from mechdae.draw.plans.relations import SYMBOLS, groups_of, named_group
+from mechdae.draw.plans.relations import SYMBOLS, groups_of, motion_plan, named_group
 from mechdae.draw.plans.vectors import Plan, round_up
 from mechdae.draw.sheet import MILLIMETRE, Sheet
 from mechdae.draw.translated import translated
+from mechdae.draw.words import ENGLISH
 from mechdae.errors import InputError, UnknownName
 
 if TYPE_CHECKING:
@@ -58,33 +58,13 @@ def draw(
     scale: float | Mapping[str, float] | None = None,
     lang: str = "en",
 ) -> Axes:
-    """Draw plans of one pose, to scale.
+    """Draw plans of one pose to scale, with the options of the catalogue.
 
-    Parameters
-    ----------
-    result
-        What `mechdae.solve` returned for a sweep, with velocities and accelerations, or a
-        task of kind reactions.
-    ax
-        Axes to draw in, in their final size, which the scale refers to; without it those of
-        a new figure, of A4 for several plans.
-    pose
-        Index of the pose, negative from the end; by default one from the middle in which the
-        rates are known.
-    which
-        ``"velocity"``, ``"acceleration"``, ``"force"`` (the polygons of all groups, or of one),
-        ``"friction"`` (friction circles and the reactions that touch them) or ``"lever"``
-        (Zhukovsky's lever). Without it one page: the diagram, the plans and, of a task of
-        kind reactions, the force polygons of the last six groups.
-    group
-        One Assur group, as the structural formula names it (``II.1 RRR(2,3)``) or the beginning
-        of that: without ``which`` a page of the group drawn apart and its plans.
-    scale
-        Units per millimetre of paper, in m/s, m/s2 or N; for a page by name:
-        ``{"velocity": 0.02}``. By default the smallest of 1, 2, 5 times a power of ten at
-        which the plan fits.
-    lang
-        Language of the words, ``"en"`` or ``"ru"``.
+    Axes are in their final size, which the scale refers to; new ones for several plans are a page
+    of A4. Without ``which`` it holds the diagram, the plans and, of a task of kind reactions, the
+    force polygons of the last six groups, with a ``group`` that group drawn apart. ``scale`` is in
+    m/s, m/s2 or N, for a page by name: ``{"velocity": 0.02}``; by default 1, 2, 5 times a power of
+    ten at which the plan fits.
 
     Returns
     -------
@@ -118,7 +98,7 @@ def _drawn(
     if which == "lever":
         axes = new_axes() if ax is None else ax
         sheet = draw_lever(axes, lever(result, scene, index), scales.get("lever"))
-        _titles(sheet, result, scene, index)
+        write_heads(sheet, scene, result, index, ENGLISH)
         return axes
     names = [name for name, _ in groups_of(result, scene)]
     name = None if group is None else named_group(names, group)
@@ -215,16 +195,8 @@ def _single(
 ) -> Axes:
     axes = new_axes() if ax is None else ax
     sheet = draw_plan(axes, plan, scales.get(_key(plan)))
-    _titles(sheet, result, scene, pose)
+    write_heads(sheet, scene, result, pose, ENGLISH)
     return axes
-
-
-def _titles(sheet: Sheet, result: SweepResult, scene: DrawnScene, pose: int) -> None:
-    drivers = drivers_of(scene, result)
-    held = held_drivers(result, drivers)
-    values = [value_text(result, own, pose, held=own.text in held) for own in drivers]
-    values.insert(0, time_text(result, pose))
-    diagram.write_titles(sheet, result, values, pose)
 
 
 # -- pages -------------------------------------------------------------------------------------
@@ -259,7 +231,7 @@ def _outer(
     axes = _paper() if ax is None else ax
     sheet = Sheet(axes, (0.0, 0.0), (1.0, 1.0))
     sheet.k = min(sheet.k, 1.0)
-    _titles(sheet, result, scene, pose)
+    write_heads(sheet, scene, result, pose, ENGLISH)
     box = axes.get_window_extent()
     width, height = box.width * 72 / _figure(axes).dpi, box.height * 72 / _figure(axes).dpi
     columns = [_lines(rows, 0.96 * width / len(relations)) for rows in relations]
@@ -354,7 +326,7 @@ def _diagram(
         return found[-1]
 
     if group is None:
-        diagram.draw(result, panel, pose=pose, traces=False, scale=rounded)
+        poses.draw(result, panel, pose=pose, traces=False, scale=rounded)
     else:
         apart.draw(result, panel, pose=pose, group=group, scale=rounded)
     for artist in list(panel.texts):

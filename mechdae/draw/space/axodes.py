@@ -7,6 +7,7 @@ they touch along the axis of that pose.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -15,6 +16,7 @@ from mechdae.draw import style
 from mechdae.draw.graphs.poles import stretches
 from mechdae.draw.sheet import Sheet
 from mechdae.draw.space.anchors import size_of
+from mechdae.draw.space.spatial_drawing import SpatialView
 from mechdae.draw.space.spatial_scene import SpatialScene
 from mechdae.draw.space.viewpoint import Array, Viewpoint
 from mechdae.draw.words import Words
@@ -44,6 +46,17 @@ class Rulings:
     body: str
     kind: str
     ends: Array
+
+
+def with_axodes(
+    view: SpatialView, result: SweepResult, scene: SpatialScene, bodies: Sequence[str], pose: int,
+    words: Words,
+) -> SpatialView:  # fmt: skip
+    """Return a view with the axodes of bodies behind the mechanism."""
+    assert view.bounds is not None
+    surfaces = rulings(result, scene, bodies, pose)
+    bounds = with_room(view.bounds, surfaces, view.viewpoint)
+    return replace(view, bounds=bounds, overlay=drawn(surfaces, view.viewpoint, pose, words))
 
 
 def rulings(

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from mechdae.describe.mechanism import GROUND
@@ -9,11 +11,21 @@ from mechdae.draw.diagram.scene import SHORT, in_book, longest_run, named_pose
 from mechdae.draw.space.anchors import anchor, offsets, size_of
 from mechdae.draw.space.spatial_scene import SpatialScene
 from mechdae.draw.space.spatial_wheels import sides
-from mechdae.draw.space.view_choice import Wireframe, best_view, candidates, clutter
-from mechdae.draw.space.viewpoint import Array, Viewpoint, upward_of, viewpoint
+from mechdae.draw.space.viewpoint import (
+    Array,
+    Viewpoint,
+    Wireframe,
+    best_view,
+    candidates,
+    clutter,
+    upward_of,
+    viewpoint,
+)
 
 TRIED = 9
 """Poses that are compared."""
+LOOKED_AT = 7
+"""Poses of a motion by which its direction is chosen."""
 SAME = 1e-6
 """Points nearer than this share of the mechanism are one place."""
 
@@ -58,6 +70,18 @@ def choose(
     middle = np.abs(np.linspace(-1.0, 1.0, len(tried)))
     best = int(np.argmin(np.round(np.array(least) + 0.05 * middle, 6)))
     return tried[best], asked or best_view([frames[best]], up), moved
+
+
+def choose_for(
+    scene: SpatialScene, poses: Sequence[int], view: tuple[float, float] | str | None
+) -> tuple[Viewpoint, dict[str, float]]:
+    """Return the viewpoint with the least clutter in poses, and how far symbols are moved."""
+    moved = offsets(scene, poses[0], sides(scene, poses[0]))
+    if view is not None:
+        return viewpoint(scene.mechanism, view), moved
+    step = max(len(poses) // LOOKED_AT, 1)
+    frames = [wireframe(scene, pose, moved) for pose in poses[::step]]
+    return best_view(frames, upward_of(scene.mechanism)), moved
 
 
 def wireframe(scene: SpatialScene, pose: int, moved: dict[str, float]) -> Wireframe:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -13,7 +13,7 @@ from mechdae.describe.coordinates import NamedCoordinate
 from mechdae.describe.joints.joint import Joint
 from mechdae.describe.joints.spatial import AXES, SpatialJoint, largest
 from mechdae.describe.mechanism import GROUND, Mechanism
-from mechdae.draw.diagram.scene import driven_turn
+from mechdae.draw.diagram.scene import CLOSED, driven_turn
 from mechdae.draw.space.viewpoint import Array
 from mechdae.errors import InputError
 from mechdae.records import dataclass
@@ -118,6 +118,18 @@ class SpatialScene:
         for track in self.tracks.values():
             there &= np.isfinite(track).all(axis=-1)
         return np.flatnonzero(there).tolist()
+
+    def closes(self, run: Sequence[int]) -> bool:
+        """Return whether a run of poses ends where it begins: points and directions."""
+        if len(run) < 3:
+            return False
+        ends = [run[0], run[-1]]
+        for track in self.tracks.values():
+            spread = float(np.ptp(track[list(run)], axis=0).max())
+            if float(np.linalg.norm(np.diff(track[ends], axis=0))) > CLOSED * spread:
+                return False
+        turned = [np.abs(np.diff(turn[ends], axis=0)).max() for turn in self.turns.values()]
+        return float(max(turned, default=0.0)) <= CLOSED
 
     def frame(self, joint: Joint, pose: int, second: bool = False) -> Array | None:
         """Return normal, across and axis of a side of a joint as rows (3, 3), in the fixed frame.

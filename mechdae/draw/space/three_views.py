@@ -11,7 +11,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from mechdae.draw import style
-from mechdae.draw.diagram.diagram import write_heads
+from mechdae.draw.diagram.heads import write_heads
 from mechdae.draw.fonts import font
 from mechdae.draw.sheet import MILLIMETRE
 from mechdae.draw.space.spatial_drawing import (
@@ -83,7 +83,7 @@ def draw_three(
             fontproperties=font(style.SUBTITLE, style.NOTE_FONT).properties,
         )  # fmt: skip
     assert first is not None
-    write_heads(sheets[0], scene, result, index, words, shown)
+    write_heads(sheets[0], scene, result, index, words, shown.label, shown.subtitle)
     return first
 
 

@@ -10,7 +10,6 @@ from mechdae.describe import GROUND, Mechanism
 from mechdae.describe.joints.curve import follows_curve, place, span
 from mechdae.draw.diagram.scene import read_scene
 from mechdae.draw.fragments import fragments
-from mechdae.draw.space.spatial_fragments import fragments_in_space
 
 if TYPE_CHECKING:
     from mechdae.results import Result
@@ -31,7 +30,7 @@ def drawn(result: Any, places: Floats, lang: str) -> tuple[Json, Json]:
     the view.
     """
     mechanism = result.mechanism
-    values, flat = mechanism.values(), mechanism.dimension == 2
+    values = mechanism.values()
     ground = [f"{GROUND}.{name}" for name in mechanism.ground.points]
     scene: Json = {
         "dimension": mechanism.dimension,
@@ -41,10 +40,8 @@ def drawn(result: Any, places: Floats, lang: str) -> tuple[Json, Json]:
         "places": [[values[f"{point}.{axis}"] for axis in mechanism.axes] for point in ground],
     }
     shares = (places - places.min()) / (np.ptp(places) or 1.0)
-    if flat:
-        return scene, fragments(read_scene(result), result, shares, lang)
-    space, drawing = fragments_in_space(result, shares, lang)
-    return scene | {"space": space}, drawing
+    space, drawing = fragments(result, shares, lang)
+    return scene | space, drawing
 
 
 def angles_of(result: Result, scene: Json, drawing: Json) -> dict[str, Floats]:

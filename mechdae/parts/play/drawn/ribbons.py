@@ -33,17 +33,6 @@ def draw(
 ) -> Axes:  # fmt: skip
     """Draw paths of points with a band on both sides, as wide as ``distance_band``.
 
-    Parameters
-    ----------
-    result
-        What `mechdae.solve` returned for a task of kind play.
-    ax
-        Axes to draw in; without it a new figure is made.
-    of
-        Names of points; without it coupler points, as of the picture of their paths.
-    pivots
-        Whether fixed pivots are shown.
-
     Raises
     ------
     InputError
