@@ -256,13 +256,14 @@ def test_a_point_moves_no_further_than_its_distance_band() -> None:
 def test_the_long_study_found_nothing_outside() -> None:
     """`tests.scripts.play_bands`: within 1.2 of what is reached in the median, 2 at worst."""
     study = json.loads((FIGURES / "play.json").read_text(encoding="utf-8"))
-    assert study["random"]["mechanisms"] >= 150
-    assert study["random"]["samples"] > 1e7
+    assert study["random"]["mechanisms"] >= 200
+    assert study["random"]["samples_each"] >= 1e5
     for name, figures in study.items():
         assert (figures["outside"], figures["short"], figures["open"]) == (0, 0, 0), name
         assert figures["median"] < 1.2
         assert figures["worst"] < 2
         assert figures["not_proved"] < figures["bands"] / 4
+        assert figures.get("times_a_sweep", 0) <= 3
 
 
 def test_the_ribbon_follows_the_path_and_closes() -> None:

@@ -37,15 +37,15 @@ def figures(found: Comparison) -> dict[str, float]:
     return {**counts, **bands, "median": float(np.median(ratios)), "worst": float(max(ratios))}
 
 
-def seconds(run: Callable[[], object]) -> float:
-    """Return the least processor time of several runs after a first one [s]."""
-    run()
-    taken = []
-    for _ in range(REPEATS):
-        begin = time.process_time()
-        run()
-        taken.append(time.process_time() - begin)
-    return min(taken)
+def seconds(*runs: Callable[[], object]) -> list[float]:
+    """Return the least processor time of each of some runs, by turns after a first one [s]."""
+    taken: list[list[float]] = [[] for _ in runs]
+    for _ in range(REPEATS + 1):
+        for run, times in zip(runs, taken, strict=True):
+            begin = time.process_time()
+            run()
+            times.append(time.process_time() - begin)
+    return [min(times[1:]) for times in taken]
 
 
 def sampled(result: md.SweepResult, seed: int, samples: int, poses: int) -> Comparison:
@@ -71,7 +71,7 @@ def main(arguments: list[str]) -> int:
             md.solve(mechanism, md.Play(drivers=drivers, poses=25)), 1, options.samples, 5
         )
         play, sweep = (kind(drivers=drivers, poses=361) for kind in (md.Play, md.Sweep))
-        times = [seconds(partial(md.solve, mechanism, task)) for task in (play, sweep)]
+        times = seconds(*[partial(md.solve, mechanism, task) for task in (play, sweep)])
         whole[name] = {"share": share, **figures(found), "times_a_sweep": times[0] / times[1]}
         print(name, whole[name], file=sys.stderr, flush=True)
     every, counted, bare, seed, fewest = Comparison(), 0, 0, -1, math.inf
