@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import mechdae as md
 from mechdae.describe.assumed import about_blocks
@@ -14,6 +15,8 @@ from tests.shared.mechanisms import doubled
 from tests.shared.noisy import bound_missed, parallelogram, value_named
 from tests.shared.planting import Slip
 
+STOPS = "kinematics/test_stops.py::"
+
 
 def noise() -> float:
     """Poses of dimensions that hardly agree are those of least squares, within their bounds."""
@@ -22,6 +25,32 @@ def noise() -> float:
         return max(bound_missed(seed) for seed in range(3))
     finally:
         SHAPES.clear()
+
+
+def stopped() -> float:
+    """A rocker's limit of 110 deg, by the law of cosines: where the crank turns to and fro."""
+    SHAPES.clear()
+    problem = md.load("four-bar-crank-rocker")
+    pin, high = problem.mechanism.joints["D"], math.radians(110)
+    pin = md.Revolute("D", pin.first, pin.second, limits=(math.radians(50), high))
+    joints = problem.mechanism.joints.with_("D", pin)
+    problem = replace(problem, mechanism=replace(problem.mechanism, joints=joints))
+    x, y = 0.1 + 0.08 * math.cos(high), 0.08 * math.sin(high)
+    far, way = math.hypot(x, y), math.atan2(y, x)
+    inner = math.acos((0.04**2 + far**2 - 0.12**2) / (2 * 0.04 * far))
+    driver, law = "crank.angle", md.Driver("crank.angle", law="2*t", times=(0.0, 1.0, 2.0, 3.0))
+    ends = md.solve(problem, md.Sweep(md.Driver(driver, range="assembled"), poses=5)).summary
+    around = md.Sweep(md.Driver(driver, from_=0.0, to=2 * math.pi), poses=9)
+    alone = md.Sweep(md.Driver(driver, at=(math.pi,)))
+    tasks = (around, md.Sweep(law), alone)
+    status = [md.solve(problem, task).status.tolist() for task in tasks]
+    SHAPES.clear()
+    turning, timed, pose = [[word == "ok" for word in words] for words in status]
+    seen = turning == [True] * 4 + [False] * 3 + [True] * 2 and timed == [True] * 2 + [False] * 2
+    if not seen or pose != [False]:
+        return math.inf
+    found = [math.inf if end is None else end for end in ends.get("limits", [None] * 2)]
+    return max(abs(a - b) for a, b in zip(found, (way - inner, way + inner), strict=True)) / 1e-9
 
 
 def tolerance_told() -> float:
@@ -177,5 +206,26 @@ SLIPS = [
         "np.linspace(0, count - 1, min(count, 9))",
         recorded,
         "page/test_recorded.py::test_few_poses_of_a_recorded_sweep_are_sampled_on_their_way",
+    ),
+    Slip(
+        "motion.cases.stops.stops",
+        "half + room, np.sign",
+        "half + 1 + room, np.sign",
+        stopped,
+        f"{STOPS}test_one_pose_says_which_limit",
+    ),
+    Slip(
+        "motion.cases.stops.stops",
+        "place - (turn or 0.0)",
+        "place",
+        stopped,
+        f"{STOPS}test_the_assembled_arc_ends_at_stops",
+    ),
+    Slip(
+        "motion.cases.stops.stops",
+        "run.stopped |= behind",
+        "run.stopped |= behind & False",
+        stopped,
+        f"{STOPS}test_poses_behind_a_stop_are_not_reached",
     ),
 ]

@@ -130,10 +130,50 @@ def test_slides_and_modes() -> None:
     u = np.linspace(0, 2 * math.pi, 37)
     slide = 0.05 * np.cos(u) + np.sqrt(0.15**2 - (0.05 * np.sin(u)) ** 2)
     inside = (slide >= 0.11) & (slide <= 0.19)
+    assert inside[u > math.pi].any()
+    inside &= u < math.pi  # the sketch is here: a stop is before the others, whichever way
+    assert "a stop of" in result.fault
     assert (np.asarray(result.status) == np.where(inside, "ok", "stopped")).all()
     modes = md.solve(problem, md.Modes(driver=md.Driver("crank.angle", at=(1.0,))))
     assert sorted(modes.status.tolist()) == ["ok", "stopped"]
     assert any("beyond its least slide of 0.11 m" in note for note in modes.summary["notes"])
+
+
+def test_the_assembled_arc_ends_at_stops() -> None:
+    """Of a crank that turns fully, backwards to the stop that is ahead."""
+    first, last = crank_angles(HIGH)
+    task = md.Sweep(driver=md.Driver("crank.angle", range="assembled"), poses=25)
+    result = md.solve(four_bar(), task)
+    assert set(result.status) == {"ok"}
+    assert result.fault is None
+    ends = [last - 2 * math.pi, first]
+    assert result.summary["limits"] == pytest.approx(ends, abs=1e-12)
+    at = result.drivers["crank.angle"].position
+    np.testing.assert_allclose(at, np.linspace(*ends, 25), rtol=0, atol=1e-12)
+    events = [event for event in result.events if event.kind == "stop"]
+    assert [(e["joint"], e["direction"]) for e in events] == [("D", "down"), ("D", "up")]
+    assert [event.at for event in events] == pytest.approx(ends, abs=1e-12)
+    stretched = math.pi - math.acos((D**2 + C**2 - (B + A) ** 2) / (2 * D * C))
+    assert result.summary["swing"]["rocker"] == pytest.approx(HIGH - stretched, abs=1e-9)
+    free = md.solve("four-bar-crank-rocker", task)
+    assert md.solve(four_bar((0.0, 3.0)), task).summary["limits"] == free.summary["limits"]
+
+
+def test_poses_behind_a_stop_are_not_reached() -> None:
+    """A range that ends before the crank is back; the other way round only where it turns fully."""
+    problem = four_bar()
+    first, last = crank_angles(HIGH)
+    for end, status in ((2 * math.pi, "ok"), (last + 0.5, "ok")):
+        sweep = md.Sweep(driver=md.Driver("crank.angle", from_=0.0, to=end), poses=73)
+        result = md.solve(problem, sweep)
+        assert result.status[-1] == status, "the crank comes there backwards"
+    timed = md.Sweep(
+        driver=md.Driver("crank.angle", law="2*t", times=tuple(np.linspace(0, 3, 31))), poses=None
+    )
+    result = md.solve(problem, timed)
+    u = result.drivers["crank.angle"].position
+    assert (result.status == np.where(u > first, "stopped", "ok")).all(), "time does not go back"
+    assert "a stop of D is before" in result.fault
 
 
 def test_limits_are_numbers_of_the_file(tmp_path: Path) -> None:

@@ -38,11 +38,11 @@ def turn_back(path: Path, evaluator: Evaluator, values: Floats) -> None:
     anchor = arc.first if arc.low is not None else arc.last
     for turns in range(1, MOST_BACK + 1):
         extend(path, anchor + turns * turn, first=True)
-        if None not in arc_of(path).ends or _comes_back(path, evaluator, turns * turn):
+        if None not in arc_of(path).ends or comes_back(path, evaluator, turns * turn):
             return
 
 
-def _comes_back(path: Path, evaluator: Evaluator, turned: float) -> bool:
+def comes_back(path: Path, evaluator: Evaluator, turned: float) -> bool:
     """Return whether all groups are in their first pose again after whole turns of the driver."""
     s = np.array([path.origin[0]])
     return bool(evaluator.returns(path, path.guess(s), s + turned, s).all())

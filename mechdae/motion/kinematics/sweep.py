@@ -103,10 +103,11 @@ def along(
         path.begin(x, path_range.begin)
         if plan.values is None:
             turn = 2 * np.pi * size if is_angle or closed else None
-            places, summary["limits"] = assembled(
-                path, evaluator, turn, 4 * scale, plan.poses, setting.notes
-            )
-            return path, places
+            found = assembled(path, evaluator, turn, 4 * scale, plan.poses, setting.notes)
+            for cut in setting.scene.cases("arcs"):
+                found = cut(setting, path, evaluator, *found)
+            summary["limits"] = found[1]
+            return path, found[0]
         places = laws.times if laws else plan.values[:, moving]
         cover(path, evaluator, places, is_angle, laws.corners if laws else ())
         return path, places

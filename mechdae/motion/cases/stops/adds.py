@@ -6,6 +6,7 @@ from mechdae.additions import Added, Adds
 
 HERE = "mechdae.motion.cases.stops"
 ADDS: Adds = {
+    "arcs": {"limits": Added(f"{HERE}.stops:cut")},
     "runs": {"limits": Added(f"{HERE}.stops:mark")},
     "stops": {"limits": Added(f"{HERE}.stops:beyond")},
 }

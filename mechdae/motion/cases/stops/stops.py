@@ -11,13 +11,21 @@ from mechdae.describe.joints.limits import limited
 from mechdae.equations.reduction import Scene
 from mechdae.kernels.run.functions import Batch
 from mechdae.motion.assembly.not_assembled import shown
-from mechdae.motion.kinematics.finds import SoughtOutput, at_place, named_poses, samples
+from mechdae.motion.continuation.any_path import AnyPath, arc_of
+from mechdae.motion.continuation.evaluate import Evaluator, Poses
+from mechdae.motion.continuation.follower import extend
+from mechdae.motion.continuation.path import Path
+from mechdae.motion.kinematics.assembled_arc import comes_back
+from mechdae.motion.kinematics.finds import SAMPLES, SoughtOutput, at_place, named_poses, samples
 from mechdae.motion.kinematics.prepared import Run, Setting
-from mechdae.types import Booleans, Floats, Json, Matrix, Unknowns
+from mechdae.types import Booleans, Floats, Integers, Json, Matrix, Unknowns
 
 ROOM = 1e-9
 """By how much a joint may be beyond a limit by rounding [rad, sizes of the mechanism]."""
+HAIR = 1e-6
+"""Share of an arc by which stops at its ends are looked at from beyond."""
 TURN = 2 * np.pi
+Ends = list[float | None]
 FREE = ("swing", "stroke", "limits")
 """What a summary says of the whole motion."""
 
@@ -80,56 +88,146 @@ def beyond(scene: Scene, x: Unknowns, u: Floats, p: Floats) -> dict[int, str]:
     return {n: stops.sentence(k, over[n, k], middle[n, k], half[n, k]) for n, k in firsts.items()}
 
 
+class StopsAlong:
+    """Where a path meets stops."""
+
+    def __init__(self, setting: Setting, path: AnyPath, evaluator: Evaluator) -> None:
+        self.setting, self.path, self.evaluator = setting, path, evaluator
+        self.stops, self.begin = _stops(setting.scene), float(path.origin[0])
+
+    def off(self, s: Floats) -> tuple[Matrix, Matrix, Matrix, Poses]:
+        """Return what `Stops.off` gives at places (n,), and the poses."""
+        poses = self.evaluator.at(self.path, s)
+        found = self.stops.off(poses.x, self.path.drivers(s), self.setting.assembler.p)
+        return *found, poses
+
+    def met(self, s: Floats) -> list[tuple[float, float, int, int]]:
+        """Return place, bound, sense and joint of stops between samples (n,)."""
+        found = list[tuple[float, float, int, int]]()
+        for k in range(len(self.stops.coordinates)):
+
+            def margin(s: Floats, k: int = k) -> tuple[Floats, Floats, Floats]:
+                off, half, _, poses = self.off(s)
+                return half[:, k] - np.abs(off[:, k]), poses.condition, poses.places
+
+            found += [(*each, k) for each in SoughtOutput.along(s, margin).crossings(0.0)]
+        return found
+
+    def event(self, run: Run, place: float, bound: float, sense: int, k: int) -> Json:
+        """Return the event of a stop."""
+        off, half, middle = (float(part[0, k]) for part in self.off(np.array([place]))[:3])
+        side, c = float(np.sign(off)), self.stops.coordinates[k]
+        return {
+            "kind": "stop", **at_place(self.setting, run, place), "bound": bound, "in_range": True,
+            "joint": c.part, "name": c.text, "of": c.text, "value": middle + side * half,
+            "direction": "up" if side * sense < 0 else "down",
+        }  # fmt: skip
+
+    @property
+    def counted(self) -> bool:
+        """Whether turns of an angle count, so that a turn later the pose is another one."""
+        half = self.off(np.array([self.begin]))[1][0]
+        return bool((self.stops.angles & (half >= np.pi)).any())
+
+    def turn(self) -> float | None:
+        """Return a turn of the driver after which the first pose is back, None without."""
+        plan, graphs, path = self.setting.plan, self.setting.graphs, self.path
+        turns = graphs.single and graphs.turns and plan.by_value
+        if not turns or not isinstance(path, Path) or self.counted:
+            return None
+        turn = TURN * float(self.setting.driver_sizes[plan.lead])
+        extend(path, self.begin + turn, first=True)
+        back = arc_of(path).ends[1] is None and comes_back(path, self.evaluator, turn)
+        return turn if back else None
+
+    def reach(self, s: Floats, turn: float | None) -> tuple[float, float]:
+        """Return between which stops the start moves, infinite without; all from beyond a limit.
+
+        Parameters
+        ----------
+        s
+            Samples (n,) of the path.
+        turn
+            After which the first pose is back: then a stop ahead is one behind, too.
+        """
+        off, half, _, _ = self.off(np.array([self.begin]))
+        if (np.abs(off) > half + ROOM).any():
+            return -np.inf, np.inf
+        if turn is not None:
+            s = np.linspace(self.begin, self.begin + turn, SAMPLES)
+        places = [place for place, *_ in self.met(s)]
+        below = [place - (turn or 0.0) for place in places]
+        low = max((place for place in below if place < self.begin), default=-np.inf)
+        return low, min((place for place in places if place > self.begin), default=np.inf)
+
+
+def cut(
+    setting: Setting, path: Path, evaluator: Evaluator, places: Floats, ends: Ends
+) -> tuple[Floats, Ends]:
+    """Return the places of an assembled arc between the stops next to its start, and its ends."""
+    along = StopsAlong(setting, path, evaluator)
+    whole = ends == [None, None] and not along.counted
+    s = np.unique([*places, *np.linspace(places[0], places[-1], SAMPLES), along.begin])
+    reach = along.reach(s, float(places[-1] - places[0]) if whole else None)
+    if not np.isfinite(reach).any():
+        return places, ends
+    first, last = np.where(np.isfinite(reach), reach, places[[0, -1]]).tolist()
+    for place, way in ((last, HAIR), (first, -HAIR)):
+        extend(path, place + 2 * way * (last - first))
+    stops = [stop if np.isfinite(stop) else end for stop, end in zip(reach, ends, strict=True)]
+    return np.linspace(first, last, len(places)), stops
+
+
 def mark(setting: Setting, run: Run) -> None:
-    """Mark the poses of a run with joints beyond their limits, with events where they meet one."""
+    """Mark the poses of a run with joints beyond their limits, with events where they meet one.
+
+    So are poses that only a way through a stop leads to.
+    """
     scene, p = setting.scene, setting.assembler.p
-    stops = _stops(scene)
+    along, stops = StopsAlong(setting, run.path, run.evaluator), _stops(scene)
     over = stops.over(scene.model.mechanism.scale, run.poses.x, run.values, p)
     _, half, middle = (part[0] for part in stops.off(run.poses.x[:1], run.values[:1], p))
     sentences = []
     for k in np.flatnonzero(over.any(axis=0)).tolist():
         rows = np.flatnonzero(over[:, k])
         text = stops.sentence(k, over[rows[0], k], middle[k], half[k])
-        more = f" and {len(rows) - 1} more poses" if len(rows) > 1 else ""
-        sentences.append(f"{text} at {named_poses(setting, run, rows[:1])}{more}")
-    if len(run.values) > 1:
-        for k in range(len(stops.coordinates)):
-            run.events += _met(setting, run, stops, k)
-    meets = sorted({event["joint"] for event in run.events if event["kind"] == "stop"})
-    for name in FREE if meets or sentences else ():
+        sentences.append(f"{text} at {_some(setting, run, rows)}")
+    s = samples(run)
+    if setting.plan.values is None:  # which ends at stops
+        s = np.concatenate([s[:1] - HAIR * np.ptp(s), s, s[-1:] + HAIR * np.ptp(s)])
+    met = along.met(s) if len(run.values) > 1 else []
+    run.events += [along.event(run, *each) for each in met]
+    meets = sorted({stops.coordinates[k].part for *_, k in met})
+    run.stopped = np.array(over.any(axis=1))
+    if met:
+        behind = _behind(along, run) & ~run.stopped
+        if behind.any():
+            rows = np.flatnonzero(behind)
+            sentences.append(f"a stop of {', '.join(meets)} is before {_some(setting, run, rows)}")
+            run.stopped |= behind
+    for name in FREE if (meets or sentences) and setting.plan.values is not None else ():
         run.summary.pop(name, None)  # of the motion without stops
-    if meets:
+    if meets and setting.plan.values is not None:
         run.found.notes.append(f"{', '.join(FREE)} are not given: {', '.join(meets)} meets a stop")
     if sentences:
-        run.stopped, run.fault = np.array(over.any(axis=1)), "; ".join(sentences)
+        run.fault = "; ".join(sentences)
         run.summary["stopped"] = [
             stops.coordinates[k].part for k in np.flatnonzero(over.any(axis=0))
-        ]
+        ] or meets
 
 
-def _met(setting: Setting, run: Run, stops: Stops, k: int) -> list[Json]:
-    """Return events where a joint is at a limit on a path."""
-    p = setting.assembler.p
+def _some(setting: Setting, run: Run, rows: Integers) -> str:
+    """Return the first of some poses, and how many more there are."""
+    more = f" and {len(rows) - 1} more poses" if len(rows) > 1 else ""
+    return f"{named_poses(setting, run, rows[:1])}{more}"
 
-    def off(s: Floats) -> tuple[Floats, Floats, Floats, float, float]:
-        poses = run.evaluator.at(run.path, s)
-        off, half, middle = stops.off(poses.x, run.path.drivers(s), p)
-        return off[:, k], poses.condition, poses.places, half[0, k], middle[0, k]
 
-    def margin(s: Floats) -> tuple[Floats, Floats, Floats]:
-        away, condition, places, half, _ = off(s)
-        return half - np.abs(away), condition, places
-
-    events = list[Json]()
-    for place, bound, sense in SoughtOutput.along(samples(run), margin).crossings(0.0):
-        away, _, _, half, middle = off(np.array([place]))
-        side, c = float(np.sign(away[0])), stops.coordinates[k]
-        event = {"kind": "stop", **at_place(setting, run, place), "bound": bound, "in_range": True}
-        event |= {
-            "joint": c.part,
-            "name": c.text,
-            "of": c.text,
-            "value": float(middle + side * half),
-        }
-        events.append(event | {"direction": "up" if side * sense < 0 else "down"})
-    return events
+def _behind(along: StopsAlong, run: Run) -> Booleans:
+    """Return which poses (n,) are reached from the start of the path only through a stop."""
+    places, turn = np.asarray(run.places, float), along.turn()
+    low, high = along.reach(samples(run), turn)
+    room = ROOM * float(np.ptp(places))
+    if turn is None:
+        return np.asarray((places < low - room) | (places > high + room))
+    ahead = (places - along.begin) % turn + along.begin
+    return np.asarray((ahead > high + room) & (ahead - turn < low - room))
