@@ -176,6 +176,37 @@ def test_poses_behind_a_stop_are_not_reached() -> None:
     assert "a stop of D is before" in result.fault
 
 
+def test_threads_and_crosses_have_stops() -> None:
+    """A spindle runs 50 mm down its thread of 6 mm a turn; a cross bends both ways in a turn."""
+    press = md.load("screw-press")
+    nut = replace(press.mechanism.joints["nut"], limits=(-0.05, 0.01))
+    result = md.solve(limited(press, nut), "stroke")
+    met = 2 * math.pi * 0.05 / 0.006
+    u = result.drivers["nut.angle"].position
+    assert (result.status == np.where(u > met, "stopped", "ok")).all()
+    (event,) = [event for event in result.events if event.kind == "stop"]
+    assert event.at == pytest.approx(met, rel=1e-12)
+    assert "beyond its least slide of -0.05 m" in result.fault
+    shafts = md.load("double-cardan")
+    last = next(joint for joint in shafts.mechanism.joints.values() if joint.kind == "cylindrical")
+    task = next(name for name, task in shafts.tasks.items() if isinstance(task, md.Sweep))
+    slide = np.asarray(md.solve(shafts, task).joints[last.name].slide)
+    low, high = (float(np.median(slide)) + way for way in (-0.01, 0.01))
+    found = md.solve(limited(shafts, replace(last, limits=(low, high))), task)
+    assert set(found.status) == {"ok"}
+    assert low < slide.min() <= slide.max() < high
+    found = md.solve(limited(shafts, replace(last, limits=(high, high + 0.01))), task)
+    assert set(found.status) == {"stopped"}
+    cardan = md.load("cardan-joint")
+    plain = np.asarray(md.solve(cardan, "turn").joints["U"].angle)
+    cross = replace(cardan.mechanism.joints["U"], limits=(-9.0, -0.5))
+    status = md.solve(limited(cardan, cross), "poses").status
+    assert plain[0] == pytest.approx(-math.acos(4 / 5), rel=1e-12)
+    nearest = plain[np.rint(np.degrees([0.0, 0.3, 0.9, 1.5])).astype(int)]
+    assert (status == np.where(nearest > -0.5, "stopped", "ok")).all()
+    assert set(status) == {"stopped", "ok"}
+
+
 def test_limits_are_numbers_of_the_file(tmp_path: Path) -> None:
     problem = four_bar()
     md.dump(problem, tmp_path / "written.toml")

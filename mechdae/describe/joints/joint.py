@@ -116,6 +116,11 @@ class Joint(Value):
         return self.coordinates[0] if self.coordinates else "angle"
 
     @property
+    def ranged(self) -> str:
+        """The coordinate that its limits are of: the slide where it slides."""
+        return "slide" if self.slides else self.usual
+
+    @property
     def slides(self) -> bool:
         return "slide" in self.coordinates
 

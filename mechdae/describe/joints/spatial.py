@@ -158,6 +158,10 @@ def _length(doc: str) -> Any:
     return optional("number", doc=doc, unit="m")
 
 
+def _limits(of: str, unit: str) -> Any:
+    return optional("pair", doc=f"least and greatest {of}", unit=unit)
+
+
 def _rho(article: bool) -> str:
     """Return the radius of the friction circle in symbols."""
     return "r f" if article else "r sin(atan f)"
@@ -194,7 +198,7 @@ class SpatialRevolute(AxisPair):
     pin_radius: Number | None = _length("")
     contact_length: Number | None = _length(PLANES)
     collar_radius: Number | None = _length("mean radius at which an axial force rubs; absent: none")
-    limits: NumbersOrNone = optional("pair", doc="least and greatest angle", unit="rad")
+    limits: NumbersOrNone = _limits("angle", "rad")
 
     kind: ClassVar[str] = "revolute"
     letter: ClassVar[str] = "R"
@@ -221,7 +225,7 @@ class SpatialPrismatic(AxisPair):
     friction_static: Number | None = _at_rest()
     contact_length: Number | None = _length(PLANES)
     contact_width: Number | None = _length("2w, width that a moment about the axis turns on")
-    limits: NumbersOrNone = optional("pair", doc="least and greatest slide", unit="m")
+    limits: NumbersOrNone = _limits("slide", "m")
 
     kind: ClassVar[str] = "prismatic"
     letter: ClassVar[str] = "P"
@@ -249,6 +253,7 @@ class Cylindrical(AxisPair):
     friction: Number | None = _friction()
     pin_radius: Number | None = _length("")
     contact_length: Number | None = _length(PLANES)
+    limits: NumbersOrNone = _limits("slide", "m")
 
     kind: ClassVar[str] = "cylindrical"
     letter: ClassVar[str] = "C"
@@ -283,6 +288,7 @@ class Screw(SpatialJoint):
     friction: Number | None = _friction()
     friction_static: Number | None = _at_rest()
     thread_radius: Number | None = _length("mean radius of the thread; needed for friction")
+    limits: NumbersOrNone = _limits("slide", "m")
 
     kind: ClassVar[str] = "screw"
     rubbed: ClassVar[str] = "thread"
@@ -326,6 +332,7 @@ class Universal(SpatialJoint):
     pin_radius: Number | None = _length("of both pins")
     contact_length: Number | None = _length(PLANES)
     collar_radius: Number | None = _length("mean radius at which an axial force rubs; absent: none")
+    limits: NumbersOrNone = _limits("first angle", "rad")
 
     kind: ClassVar[str] = "universal"
     letter: ClassVar[str] = "U"

@@ -38,7 +38,7 @@ def inside(model: Model, joints: list[Joint], size: float) -> dict[str, Sym]:
     """
     values, found = model.mechanism.values(), {}
     for joint in joints:
-        c = coordinate(model.mechanism, f"{joint.name}.{joint.usual}")
+        c = coordinate(model.mechanism, f"{joint.name}.{joint.ranged}")
         value = model.coordinate(c)
         low, high = (model.numbers[f"{joint.name}.{end}"] for end in LIMITS)
         span = values[f"{joint.name}.{LIMITS[1]}"] - values[f"{joint.name}.{LIMITS[0]}"]

@@ -41,7 +41,7 @@ class Stops:
         named = [name for group in scene.groups for name in group.joints]
         joints = [joint for joint in limited(model.mechanism.joints) if joint.name in named]
         self.coordinates: list[NamedCoordinate] = [
-            coordinate(model.mechanism, f"{joint.name}.{joint.usual}") for joint in joints
+            coordinate(model.mechanism, f"{joint.name}.{joint.ranged}") for joint in joints
         ]
         self.angles: Booleans = np.array([c.is_angle for c in self.coordinates])
         rows = [scene.expression(model.coordinate(c)) for c in self.coordinates]

@@ -95,7 +95,7 @@ class LinkTree:
     def limits(self, motion: ElementaryMotion) -> tuple[float, float] | None:
         """Return the limits of a motion, an angle's on the turn of its value; None without."""
         joint = self.motion.mechanism.joints.get(motion.coordinate.partition(".")[0])
-        if joint is None or motion.coordinate != f"{joint.name}.{joint.usual}":
+        if joint is None or motion.coordinate != f"{joint.name}.{joint.ranged}":
             return None
         values = self.motion.mechanism.values()
         found = [values[f"{joint.name}.{end}"] for end in LIMITS if f"{joint.name}.{end}" in values]
