@@ -146,20 +146,12 @@ def _other(doc: str) -> Any:
     return optional("direction", doc=doc, unit="1")
 
 
-def _friction() -> Any:
-    return optional("number", doc="Coulomb coefficient", unit="1")
-
-
-def _at_rest() -> Any:
-    return optional("number", doc="coefficient of a pair at rest", unit="1")
+def _friction(doc: str = "Coulomb coefficient") -> Any:
+    return optional("number", doc=doc, unit="1")
 
 
 def _length(doc: str) -> Any:
     return optional("number", doc=doc, unit="m")
-
-
-def _limits(of: str, unit: str) -> Any:
-    return optional("pair", doc=f"least and greatest {of}", unit=unit)
 
 
 def _rho(article: bool) -> str:
@@ -194,11 +186,11 @@ class SpatialRevolute(AxisPair):
     """
 
     friction: Number | None = _friction()
-    friction_static: Number | None = _at_rest()
+    friction_static: Number | None = _friction("coefficient of a pair at rest")
     pin_radius: Number | None = _length("")
     contact_length: Number | None = _length(PLANES)
     collar_radius: Number | None = _length("mean radius at which an axial force rubs; absent: none")
-    limits: NumbersOrNone = _limits("angle", "rad")
+    limits: NumbersOrNone = optional("pair", doc="least and greatest angle", unit="rad")
 
     kind: ClassVar[str] = "revolute"
     letter: ClassVar[str] = "R"
@@ -222,10 +214,10 @@ class SpatialPrismatic(AxisPair):
     """
 
     friction: Number | None = _friction()
-    friction_static: Number | None = _at_rest()
+    friction_static: Number | None = _friction("coefficient of a pair at rest")
     contact_length: Number | None = _length(PLANES)
     contact_width: Number | None = _length("2w, width that a moment about the axis turns on")
-    limits: NumbersOrNone = _limits("slide", "m")
+    limits: NumbersOrNone = optional("pair", doc="least and greatest slide", unit="m")
 
     kind: ClassVar[str] = "prismatic"
     letter: ClassVar[str] = "P"
@@ -253,7 +245,7 @@ class Cylindrical(AxisPair):
     friction: Number | None = _friction()
     pin_radius: Number | None = _length("")
     contact_length: Number | None = _length(PLANES)
-    limits: NumbersOrNone = _limits("slide", "m")
+    limits: NumbersOrNone = optional("pair", doc="least and greatest slide", unit="m")
 
     kind: ClassVar[str] = "cylindrical"
     letter: ClassVar[str] = "C"
@@ -286,9 +278,9 @@ class Screw(SpatialJoint):
     zero: NumbersOrNone = _other(ZERO)
     zero2: NumbersOrNone = _other(ZERO2)
     friction: Number | None = _friction()
-    friction_static: Number | None = _at_rest()
+    friction_static: Number | None = _friction("coefficient of a pair at rest")
     thread_radius: Number | None = _length("mean radius of the thread; needed for friction")
-    limits: NumbersOrNone = _limits("slide", "m")
+    limits: NumbersOrNone = optional("pair", doc="least and greatest slide", unit="m")
 
     kind: ClassVar[str] = "screw"
     rubbed: ClassVar[str] = "thread"
@@ -328,11 +320,11 @@ class Universal(SpatialJoint):
     zero: NumbersOrNone = _other(ZERO)
     zero2: NumbersOrNone = _other("where the first pin lies in the second body at angle2 = 0")
     friction: Number | None = _friction()
-    friction_static: Number | None = _at_rest()
+    friction_static: Number | None = _friction("coefficient of a pair at rest")
     pin_radius: Number | None = _length("of both pins")
     contact_length: Number | None = _length(PLANES)
     collar_radius: Number | None = _length("mean radius at which an axial force rubs; absent: none")
-    limits: NumbersOrNone = _limits("first angle", "rad")
+    limits: NumbersOrNone = optional("pair", doc="least and greatest first angle", unit="rad")
 
     kind: ClassVar[str] = "universal"
     letter: ClassVar[str] = "U"
