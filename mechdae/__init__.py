@@ -25,7 +25,7 @@ CASES = {
     "mechdae.motion.cases.many": "", "mechdae.motion.cases.laws": "",
     "mechdae.forces.teeth": "meshes", "mechdae.forces.one_sided": "one_sided",
     "mechdae.forces.wear": "face_width",
-    "mechdae.motion.cases.stops": "limits",
+    "mechdae.motion.cases.stops": "limits", "mechdae.dynamics.contacts": "restitution",
 }  # fmt: skip
 """Packages for what only some mechanisms have, in the order in which they are asked, and the
 trait of joints that they are about, "" where it is no joint's."""

@@ -157,7 +157,7 @@ class Cvodes(ImplicitMethod):
         sizes = self.kernel.sizes
         t, x, v, w = (lay.of(state, name) for name in ("t", "x", "v", "w"))
         top = float(lay.of(state, "omega"))
-        omega = max(self._frequency(v, lay.of(state, "a")), SLOW * top)
+        omega = max(self.frequency(v, lay.of(state, "a")), SLOW * top)
         energy = self._inertia * omega**2
         start = np.concatenate([x / sizes, v / (sizes * omega)])
         try:
@@ -190,7 +190,7 @@ class Cvodes(ImplicitMethod):
         lay, limit, longest = self.layout, longest, np.inf
         while state[lay["t"]][0] < end:
             t = float(state[lay["t"]][0])
-            omega = self._frequency(state[lay["v"]], state[lay["a"]])
+            omega = self.frequency(state[lay["v"]], state[lay["a"]])
             fine = min(FINE / omega if omega > 0 else np.inf, limit)
             span = min(COUNT * self._spacing(fine), longest)
             last = span >= (end - t) * (1 - 1e-10)
@@ -291,7 +291,7 @@ class Radau(ImplicitMethod):
         """Yield the states behind each step up to a time."""
         lay, n, sizes = self.layout, self.layout.n, self.kernel.sizes
         t, x, v, w = (np.array(lay.of(state, name)) for name in ("t", "x", "v", "w"))
-        omega = max(self._frequency(v, lay.of(state, "a")), SLOW * float(lay.of(state, "omega")))
+        omega = max(self.frequency(v, lay.of(state, "a")), SLOW * float(lay.of(state, "omega")))
 
         def placed(y: Floats) -> tuple[Floats, Floats]:
             return y[..., :n] * sizes, y[..., n:] * sizes * omega

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import field
+from dataclasses import field, replace
 from functools import cached_property
 from typing import Any
 
@@ -20,6 +20,7 @@ from mechdae.describe.structure import structure_of
 from mechdae.describe.tasks.kinds import Driver
 from mechdae.describe.tasks.motion import Equilibrium, Motion
 from mechdae.equations.forces.dry_friction import Rubbing
+from mechdae.equations.forces.feedback import Unilateral
 from mechdae.equations.forces.generalised import MeshForces
 from mechdae.equations.forces.loads import Loads
 from mechdae.equations.forces.time_tables import Timed
@@ -50,8 +51,8 @@ STILL = 1e-12
 """Way until the end, in natural sizes, of a law that counts as standing still."""
 SHORTEST = 1e-9
 """Share of the whole time that the longest step has to have."""
-DRIVERS = "drivers"
-"""Name of the work that laws of time put in."""
+DRIVERS, IMPACTS = "drivers", "impacts"
+"""Names of the work that laws of time put in, and, before a joint's name, that impacts take."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,7 +78,8 @@ class MotionProblem:
     ``notes`` what was assumed; ``held`` are coordinates
     that nothing moves, ``meshes`` gears, racks and belts with the forces of their teeth;
     ``longest`` is the longest step asked for, ``pieces`` those of tables over the time that hold;
-    ``likely`` are coordinates to tell the freedoms with, beside those that the start names.
+    ``likely`` are coordinates to tell the freedoms with, beside those that the start names;
+    ``closed`` tells which unilateral contacts are closed.
     """
 
     problem: Problem
@@ -96,11 +98,26 @@ class MotionProblem:
     longest: float | None = None
     pieces: Floats = field(default_factory=lambda: np.zeros(0))
     likely: tuple[str, ...] = ()
+    closed: Floats = field(default_factory=lambda: np.zeros(0))
+
+    def __post_init__(self) -> None:
+        self.closed = np.zeros(len(self.unilateral))
+
+    @structure_property
+    def unilateral(self) -> list[Unilateral]:
+        """The contacts of joints that push and do not pull."""
+        questions = self.model.cases("unilateral contacts")
+        return [contact for make in questions for contact in make(self.model)]
+
+    @property
+    def closed_joints(self) -> MotionProblem:
+        """The same with joints that have no gaps."""
+        return setup(self.problem, replace(self.task, clearance=None))
 
     @structure_property
     def plain(self) -> Released:
         """The equations with nothing held, and without friction in joints."""
-        return Released(self.model, self.loads, self.laws)
+        return Released(self.model, self.loads, self.laws, unilateral=self.unilateral)
 
     @structure_property
     def jointed(self) -> Released:
@@ -116,7 +133,8 @@ class MotionProblem:
     def _with(self, rubbing: Rubbing) -> Released:
         """Return the equations with what is held and with dry friction."""
         key, held = ("released", *self.held, rubbing), list(self.held)
-        return self.cache(key, lambda: Released(self.model, self.loads, self.laws, held, rubbing))
+        more = (held, rubbing, self.unilateral)
+        return self.cache(key, lambda: Released(self.model, self.loads, self.laws, *more))
 
     @cached_property
     def rubbing(self) -> Rubbing:
@@ -150,8 +168,8 @@ class MotionProblem:
 
     @property
     def fixed(self) -> Floats:
-        """The pieces of tables, and the values of what is held."""
-        return np.concatenate([self.pieces, list(self.held.values())])
+        """The pieces of tables, the values of what is held, which contacts are closed."""
+        return np.concatenate([self.pieces, list(self.held.values()), self.closed])
 
     def pieces_at(self, t: float) -> Floats:
         """Return the pieces of tables over the time that hold right behind a time."""
@@ -262,7 +280,14 @@ class MotionProblem:
     def works(self) -> list[str]:
         """What does work that is no change of a stored energy."""
         rubbing = [f"friction.{joint}" for joint in self.released.losses]
-        return [*self.released.powers, *rubbing, *([DRIVERS] if self.laws else [])]
+        return [
+            *self.released.powers, *rubbing, *self.impacts, *([DRIVERS] if self.laws else [])
+        ]  # fmt: skip
+
+    @property
+    def impacts(self) -> list[str]:
+        """The works of impacts, by joint."""
+        return [f"{IMPACTS}.{name}" for name in dict.fromkeys(c.owner for c in self.unilateral)]
 
     @property
     def stepper(self) -> Stepper:
@@ -277,7 +302,7 @@ class MotionProblem:
             sum((self._part(j) * rate * m[j] for j, rate in rates), SX(0))
             for rates in r.losses.values()
         ]
-        powers = [*r.powers.values(), *[-part for part in lost]]
+        powers = [*r.powers.values(), *[-part for part in lost], *[SX(0) for _ in self.impacts]]
         if self.laws:
             powers.append(r.driven_power(a) + sum(lost, SX(0)))
         return Stepper(self.kernel, ca.vertcat(*powers) if powers else SX(0, 1), a, m)
@@ -322,10 +347,13 @@ def _shape(mechanism: Mechanism, task: Motion) -> MotionShape:
     """Return the shape of a motion: one that is kept, or a new one."""
     names, gradual = free_numbers(), task.friction == "smooth"
     named = _named_joints(mechanism, task)
-    key = ("motion", structure_of(mechanism, names), task.drivers, gradual, names, named)
+    structure = structure_of(mechanism, names)
+    key = ("motion", structure, task.drivers, gradual, names, named, task.clearance)
     shape = prepared.SHAPES.get(key)
     if not isinstance(shape, MotionShape):
         model = released_model(mechanism, named, names)
+        for opened in model.cases("opened joints") if task.clearance else ():
+            opened(model)
         loads = Loads(model, gradual=gradual)
         shape = MotionShape(model, loads, _laws(model, loads, task))
         prepared.SHAPES.put(key, shape)

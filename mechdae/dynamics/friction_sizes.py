@@ -61,13 +61,13 @@ class Creep:
         k, count = self.kernel, len(self.slips)
         self.setup.pieces = self.setup.pieces_at(t)
         loose = self.setup.loose
-        speeds = self._at(self._values, t, x, v, loose)[0]
+        speeds = self._at(self._values, t, x, v, loose)[0][:count]
         slow = np.flatnonzero(np.abs(speeds) <= RESTS * self.setup.widths)
         if not len(slow):
             return
         J, C = k.value("place", t, x, v, loose)[1], k.value("locking", t, x, v, loose)[0]
         basis = k.sizes[:, None] * self.setup.freedoms(J)
-        along = C @ basis / self._units[:, None]
+        along = C[:count] @ basis / self._units[:, None]
         slow = slow[np.linalg.norm(along[slow], axis=1) > RANK * np.abs(along).max(initial=0.0)]
         if len(slow) and np.linalg.matrix_rank(along[slow], RANK) == len(slow):
             signs = loose.copy()

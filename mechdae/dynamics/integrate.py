@@ -62,15 +62,26 @@ class Nodes:
 
 
 @dataclass(frozen=True)
+class ContactEvent:
+    """A unilateral contact closes, or one that was closed lets go, at a state."""
+
+    state: Floats
+    contact: int
+    released: bool
+
+
+@dataclass(frozen=True)
 class Cut:
     """Where inside accepted steps a motion does not go on as it did.
 
-    ``turn`` is an event of dry friction behind which it goes on, ``verdict`` tells that friction
+    ``turn`` is an event of dry friction and ``touch`` one of a contact, behind which it goes on,
+    ``verdict`` tells that friction
     leaves no way, ``end`` (what to say, event) why it ends; none of them: it is to stop here.
     """
 
     state: Floats
     turn: Any = None
+    touch: ContactEvent | None = None
     verdict: NoWay | None = None
     end: tuple[str, Event] | None = None
 
@@ -145,11 +156,11 @@ class Integrator(ABC):
         state = np.zeros(lay.size)
         for name, value in (("t", t), ("x", x), ("v", v), ("a", a), ("m", m), ("w", w)):
             state[lay[name]] = value
-        omega = self._frequency(v, a)
+        omega = self.frequency(v, a)
         top = omega
         if (signs != self.setup.loose).any():  # what rests is measured by what would move it
             self.rhs += 1
-            top = max(omega, self._frequency(v, self._rhs(t, x, v, self.setup.loose)[0]))
+            top = max(omega, self.frequency(v, self._rhs(t, x, v, self.setup.loose)[0]))
             omega = omega if omega > STILL * top else 0.0
         top = max(top, self._driven(t, x, v, signs))
         span = self.setup.end
@@ -170,7 +181,7 @@ class Integrator(ABC):
         sizes = setup.model.coordinates.sizes(setup.length)
         return float(np.max(np.abs(rates(t, x, v, signs)[0]) / sizes, initial=0.0))
 
-    def _frequency(self, v: Floats, a: Floats) -> float:
+    def frequency(self, v: Floats, a: Floats) -> float:
         sizes = self.kernel.sizes
         return float(np.maximum(np.abs(v) / sizes, np.sqrt(np.abs(a) / sizes)).max(initial=0.0))
 

@@ -176,12 +176,16 @@ class Reported:
         values = function(*coordinates, t, known, setup.model.p_values)
         return {name: {"value": values[:, k]} for k, name in enumerate(self.forced)}
 
-    def with_reactions(self, joints: Named, reactions: Mapping[str, Floats | LazyPart]) -> Named:
+    def with_reactions(
+        self, joints: Named, reactions: Mapping[str, Floats | LazyPart],
+        more: Mapping[str, Mapping[str, Floats]] | None = None,
+    ) -> Named:  # fmt: skip
         found = {}
         for joint in self.chosen.joints:
             series: dict[str, object] = dict(joints.get(joint, {}))
             if joint in reactions:
                 series["reaction"] = reactions[joint]
+            series |= (more or {}).get(joint, {})
             found[joint] = Series(series)
         return Named("joint", found)
 

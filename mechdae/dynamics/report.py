@@ -186,7 +186,8 @@ class _Shown:
         order = [name for name in reported.chosen.named if name in series]
         self.tables["outputs"] = Named("output", {name: Series(series[name]) for name in order})
         joints = self.tables["joints"]
-        self.tables["joints"] = reported.with_reactions(joints, forces.series())
+        contacts = [touching.series(states) for touching in run.touching]
+        self.tables["joints"] = reported.with_reactions(joints, forces.series(), *contacts)
 
     def last(self) -> tuple[dict[str, list[float]], dict[str, float]]:
         """Return value and rate of the outputs at the end, and values of those of forces."""
@@ -206,6 +207,8 @@ def _notes(run: MotionRun, of_outputs: list[str]) -> list[str]:
     notes += run.stiffness.notes()
     for lifting in run.lifting:
         notes += lifting.notes()
+    for touching in run.touching:
+        notes += touching.notes()
     notes += run.sticking.sizes.notes.values()
     if run.begin.correction > CORRECTED:
         notes.append(
@@ -285,6 +288,8 @@ def _events(run: MotionRun) -> tuple[Event, ...]:
     found += run.stiffness.events()
     for lifting in run.lifting:
         found += lifting.events()
+    for touching in run.touching:
+        found += touching.found
     found += [run.ends] if run.ends is not None else []
     return tuple(sorted(found, key=lambda event: float(event["at"])))
 

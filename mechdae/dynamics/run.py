@@ -24,6 +24,7 @@ from mechdae.results import Event, motion_event
 from mechdae.types import Floats, Unknowns
 
 if TYPE_CHECKING:
+    from mechdae.dynamics.contacts.touching import Touching
     from mechdae.forces.one_sided.lift_off import Lifting
 
 MOST = 400_000
@@ -67,9 +68,11 @@ class MotionRun:
         self.growth, self.passages = Growth(*parts), Passages(*parts)
         self.stiffness, self.ranges = Stiffness(*parts), Ranges(*parts)
         self.lifting: list[Lifting] = [make(*parts) for make in self.setup.model.cases("watchers")]
+        contacts = self.setup.model.cases("touching") if self.setup.unilateral else []
+        self.touching: list[Touching] = [make(*parts) for make in contacts]
         self.watchers = [
-            self.sticking, self.crossings, self.growth, self.passages, self.stiffness,
-            self.ranges, *self.lifting,
+            self.sticking, *self.touching, self.crossings, self.growth, self.passages,
+            self.stiffness, self.ranges, *self.lifting,
         ]  # fmt: skip
 
     def watched(self, nodes: Nodes) -> tuple[Nodes, Cut | None]:
@@ -123,17 +126,20 @@ def integrate(run: MotionRun, kept: OutputStates, x: Any, v: Any) -> None:
     """Integrate a run from its start; keep the states of output."""
     setup, integrator, sticking = run.setup, run.integrator, run.sticking
     lay = integrator.layout
+    w = np.zeros(lay.works)
     try:
         signs, v = sticking.first(0.0, x, v)
+        for touching in run.touching:
+            w, v, signs = touching.begin(sticking, x, v, signs)
     except NoWay as verdict:
         run.verdict(0.0, verdict)
         signs = setup.loose
     if setup.times is None or setup.times[0] == 0.0 or run.fault:
-        kept.add(0.0, x, v, np.zeros(lay.works), signs)
+        kept.add(0.0, x, v, w, signs)
     if run.fault:
         return
     clock = Clock(setup, x, v, run.crossings.expressions)
-    state = integrator.first(0.0, x, v, np.zeros(lay.works), signs)
+    state = integrator.first(0.0, x, v, w, signs)
     if clock.begin() > 0:
         state, signs = _resumed(run, state, signs, clock.begin())
     while not sticking.final(signs, *(lay.of(state, part) for part in ("t", "x", "v"))):
@@ -150,6 +156,15 @@ def integrate(run: MotionRun, kept: OutputStates, x: Any, v: Any) -> None:
         elif cut is not None and cut.turn is not None:
             state, signs = _turned(run, cut.turn, signs)
             if run.fault:
+                return
+        elif cut is not None and cut.touch is not None:
+            try:
+                state, signs, end = run.touching[0].beyond(sticking, cut.touch, signs)
+            except NoWay as verdict:
+                run.verdict(float(lay.of(cut.touch.state, "t")), verdict)
+                return
+            if end is not None:
+                run.end(*end)
                 return
         else:
             return

@@ -51,8 +51,8 @@ class Start:
 
 
 class _Starter:
-    def __init__(self, setup: MotionProblem) -> None:
-        self.setup = setup
+    def __init__(self, setup: MotionProblem, near: Floats | None = None) -> None:
+        self.setup, self.near = setup, near
         self.r = setup.jointed
         mechanism, task = setup.problem.mechanism, setup.task
         self.given = start_values(mechanism, task.start, "start")
@@ -139,6 +139,8 @@ class _Starter:
     # -- the sketch ----------------------------------------------------------------------------
 
     def sketch(self) -> Any:
+        if self.near is not None:
+            return self.near[self.r.free]
         if self.setup.problem.mechanism.dimension == 3:
             from mechdae.dynamics.space.sketch import SpatialSketch
 
@@ -307,8 +309,9 @@ class _Starter:
         return rates * self.sizes
 
 
-def start(setup: MotionProblem) -> Start:
-    starter = _Starter(setup)
+def start(setup: MotionProblem, near: Floats | None = None) -> Start:
+    """Return the start, reached from the assembled sketch, or from absolute coordinates `near`."""
+    starter = _Starter(setup, near)
     x, correction = starter.positions()
     v = starter.velocities(x)
     r = setup.jointed

@@ -212,7 +212,8 @@ def check_rest(setup: MotionProblem, x: Unknowns, v: Floats) -> None:
 def motion_start(problem: Problem, task: Motion) -> tuple[MotionProblem, Start, Floats, Floats]:
     """Return what a motion is computed with, its start, free coordinates and their rates."""
     whole = setup(problem, task)
-    begin = start(whole)
+    starts = whole.model.cases("starts in gaps") if whole.model.opened else [start]
+    begin = starts[0](whole)
     whole.held = {key: float(begin.q[whole.model.places[key]]) for key in idle(whole)}
     whole.meshes = _meshes(whole, begin)
     for case in whole.model.cases("forces of joints"):
@@ -232,7 +233,7 @@ def _meshes(whole: MotionProblem, begin: Start) -> dict[str, MeshForces]:
     """Return gears, racks and belts with the forces of their teeth."""
     found: dict[str, MeshForces] = {}
     try:
-        for case in whole.model.cases("forces of joints"):
+        for case in whole.model.cases("forces of joints") if whole.model.mesh_names else ():
             found |= case.meshes_beside(whole.plain, whole.model, begin.q, whole.length)
     except (MechanismError, UnavailableError) as error:
         if rubbing(whole.problem.mechanism, whole.task):

@@ -60,11 +60,12 @@ class _Holding:
     def __init__(self, observer: Observer) -> None:
         self.r, self.model, self.share = observer.r, observer.model, observer.setup.rank
         rubbing = self.r.rubbing
-        self.rows, self.slips = len(self.r.rows), len(rubbing.slips)
+        locks = self.r.lockable_pairs
+        self.rows, self.slips = len(self.r.rows), len(locks)
         self.names = list(self.model.mechanism.joints)
         meshes = {n: mesh for n, mesh in rubbing.meshes.items() if mesh.column is not None}
         owners = ["" if row.driver else row.owner for row in self.r.rows]
-        owners += [slip.owner for slip in rubbing.slips]
+        owners += [lock.owner for lock in locks]
         self.owners = [owner if owner in self.names else "" for owner in [*owners, *meshes]]
         wrenches = [*row_columns(self.r), *lock_columns(self.r)]
         wrenches += [mesh.apart for mesh in meshes.values()]
@@ -106,7 +107,7 @@ class _Holding:
         if self.model.space.behind:
             length = self.model.mechanism.scale
             units = [row_size(row.unit, length) for row in self.r.rows]
-            units += [row_size(slip.unit, length) for slip in self.r.rubbing.slips]
+            units += [row_size(lock.unit, length) for lock in self.r.lockable_pairs]
             units += [length] * (len(used) - len(units))
             sizes = self.model.coordinates.sizes(length)
             return natural_stresses(B[held], used, sizes[held], np.array(units), self.share)
@@ -126,7 +127,7 @@ def unique(observer: Observer, s: States, q: Unknowns, reactions: dict[str, Floa
     found = Unique(np.tile(lost, (n, 1)), known, dependent)
     if always.lost and reactions:
         _describe(found, observer.model, always, q, reactions)
-    for locked, rows in alike(s.signs[:, slips : 2 * slips] > 0):
+    for locked, rows in alike(observer.r.locked(s.signs)):
         if not locked.any():
             continue
         stressed, lost, known = holding.left(q, rows[np.isin(rows, there)], locked)
@@ -165,7 +166,8 @@ def _describe(
 
 
 def _together(holding: _Holding, locked: Booleans, lost: list[str], t: float) -> str:
-    stuck = list(dict.fromkeys(holding.r.rubbing.slips[k].owner for k in np.flatnonzero(locked)))
+    pairs = holding.r.lockable_pairs
+    stuck = list(dict.fromkeys(pairs[k].owner for k in np.flatnonzero(locked)))
     return (
         f"at t = {t:.6g} s {', '.join(stuck)} stick together, more of them than freedoms: the "
         f"reactions of {', '.join(lost)} are not unique then and not given"

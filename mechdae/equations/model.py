@@ -77,7 +77,8 @@ TRAITS = {*filter(None, mechdae.CASES.values())}
 
 def joint_traits(joints: Collection[Joint]) -> frozenset[str]:
     """Return what only some joints have and some of these do, as cases are asked about it."""
-    return frozenset(t for joint in joints for t in TRAITS if getattr(joint, t, None))
+    given = ((t, getattr(joint, t, None)) for joint in joints for t in TRAITS)
+    return frozenset(t for t, value in given if value is not None and value is not False)
 
 
 class Model:
@@ -207,10 +208,15 @@ class Model:
         """Return what cases add under a question, of those whose trait a joint has."""
         return of_cases(question, joint_traits(self.mechanism.joints.values()))
 
+    opened: tuple[Row, ...] = ()
+    in_gaps: frozenset[str] = frozenset()
+    """The joints that move in their gaps, and before them their equations, which are left out."""
+
     @property
     def mesh_names(self) -> list[str]:
         """The gears, racks and belts: joints of wheels that drive each other."""
-        return [name for name, joint in self.mechanism.joints.items() if joint.meshes]
+        joints = self.mechanism.joints.items()
+        return [name for name, joint in joints if joint.meshes and name not in self.in_gaps]
 
     @property
     def spinning(self) -> Iterable[str]:

@@ -23,7 +23,7 @@ from mechdae.describe.coordinates import NamedCoordinate, coordinate
 from mechdae.describe.expression import names_in
 from mechdae.describe.loads import Spring
 from mechdae.equations.forces.dry_friction import Rubbing
-from mechdae.equations.forces.feedback import Feedback
+from mechdae.equations.forces.feedback import Feedback, Slip, Unilateral
 from mechdae.equations.forces.generalised import (
     Wrench,
     add,
@@ -38,7 +38,7 @@ from mechdae.equations.model import Model, Row
 from mechdae.equations.reduction import eliminate, with_unknowns
 from mechdae.equations.structure_cache import StructureCache
 from mechdae.records import dataclass
-from mechdae.types import Floats, Sym
+from mechdae.types import Booleans, Floats, Sym
 
 SX = ca.SX
 
@@ -71,6 +71,8 @@ class Released:
         among ``signs``.
     rubbing
         Dry friction; without it that of resistances.
+    unilateral
+        Contacts that push only; which of them are closed is among ``signs``, as the last.
 
     Attributes
     ----------
@@ -97,7 +99,10 @@ class Released:
         laws: Sequence[Law] = (),
         held: Sequence[tuple[str, str]] = (),
         rubbing: Rubbing | None = None,
+        unilateral: Sequence[Unilateral] = (),
     ) -> None:
+        self.unilateral: list[Unilateral] = list(unilateral)
+        self.closed: Sym = SX.sym("closed", len(unilateral))
         self.rubbing: Rubbing = rubbing or Rubbing(model, loads, friction=False)
         self.model: Model = model
         self.loads: Loads = loads
@@ -188,10 +193,27 @@ class Released:
     def signs(self) -> Sym:
         """Inputs that are fixed between events.
 
-        Those of dry friction, pieces of tables over the time, values of what is held.
+        Those of dry friction, pieces of tables over the time, values of what is held, contacts
+        that are closed.
         """
         pieces = [table.symbols for table in self.loads.timed]
-        return ca.vertcat(self.rubbing.signs, *pieces, self.values)
+        return ca.vertcat(self.rubbing.signs, *pieces, self.values, self.closed)
+
+    @property
+    def lockable_pairs(self) -> list[Slip | Unilateral]:
+        """What may be held at zero speed: slips, then unilateral contacts."""
+        return [*self.rubbing.slips, *self.unilateral]
+
+    @property
+    def locks(self) -> Sym:
+        """Which of the lockable pairs are held, (k,)."""
+        return ca.vertcat(SX(0, 1), *self.rubbing.locks, self.closed)
+
+    def locked(self, signs: Floats) -> Booleans:
+        """Return the same (n, k) from inputs (n, .)."""
+        count, contacts = self.rubbing.count, len(self.unilateral)
+        closed = signs[:, signs.shape[1] - contacts :]
+        return np.hstack([signs[:, count : 2 * count], closed]) > 0
 
     @cached_property
     def slips(self) -> Sym:
@@ -199,9 +221,21 @@ class Released:
         return self.moved(self.rubbing.speeds)
 
     @cached_property
+    def gaps_of_contacts(self) -> Sym:
+        """Gaps of the unilateral contacts, (contacts,)."""
+        return self.moved(ca.vertcat(SX(0, 1), *[contact.gap for contact in self.unilateral]))
+
+    @cached_property
+    def lockable(self) -> Sym:
+        """Speeds that may be held at zero, over the absolute coordinates and their rates, (k,)."""
+        model = self.model
+        rates = [ca.jtimes(c.gap, model.q, model.velocity) for c in self.unilateral]
+        return ca.vertcat(self.rubbing.speeds, *rates)
+
+    @cached_property
     def held_back(self) -> Sym:
         """Generalised forces of locks per unit, at the absolute coordinates, (nq, k)."""
-        columns = ca.jacobian(self.rubbing.speeds, self.model.velocity).T
+        columns = ca.jacobian(self.lockable, self.model.velocity).T
         return self.moved(columns)
 
     @cached_property

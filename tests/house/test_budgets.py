@@ -8,15 +8,15 @@ from tests.shared.paths import ROOT
 
 PACKAGE = ROOT / "mechdae"
 BUDGETS = {
-    "describe": 13_520,  # rare kinds in modules of their own, which most problems do not import
+    "describe": 13_550,  # rare kinds in modules of their own, which most problems do not import
     "numerics": 4_600,
-    "equations": 7_600,  # what is left out of a scene: rollers, second machines, plane and space
-    "results": 3_610,
+    "equations": 7_660,  # what is left out of a scene: rollers, second machines, plane and space
+    "results": 3_630,
     "draw": 20_120,  # graphs of motions; texts are measured without matplotlib
     "kernels": 7_500,
     "motion": 23_390,  # poses of several drivers at the speed of one
     "forces": 4_770,
-    "dynamics": 8_110,
+    "dynamics": 8_820,
     "design": 15_850,
     "tasks": 2_400,
     "cli": 1_720,
@@ -25,7 +25,7 @@ BUDGETS = {
 """Room -> most lines of its modules; some of them import what annotations name."""
 ALONE = 1107
 """Lines of the modules that stand alone: errors, docstrings, records, types, additions."""
-TOTAL = 144_000
+TOTAL = 144_850
 LONGEST = 500
 LONGER = {
     "describe/joints/spatial.py": 520,

@@ -35,7 +35,8 @@ def fields(cls: Any) -> set[str]:
 
 def test_parts_list_their_fields_and_no_traits() -> None:
     pin = md.Revolute("A", "ground.A", "crank.A")
-    numbers = {"friction", "friction_static", "pin_radius", "face_width", "clearance", "limits"}
+    numbers = {"friction", "friction_static", "pin_radius", "face_width", "clearance", "limits",
+               "restitution"}  # fmt: skip
     assert listed(pin) == {"name", "first", "second"} | numbers
     assert pin.hinge  # what rooms ask is there
     for cls in (cls for cls in CLASSES if issubclass(cls, Record)):

@@ -50,6 +50,7 @@ ROOMS = {
     "forces.teeth": "describe equations errors kernels numerics",
     "forces.one_sided": "describe dynamics equations forces kernels motion.assembly "
     "motion.continuation motion.kinematics numerics results",
+    "dynamics.contacts": "describe dynamics equations errors results",
     "forces.wear": "describe equations forces kernels numerics results",
     "tasks.dispatch": "describe dynamics errors forces motion.kinematics results",
     "design.jobs": "describe errors records",

@@ -235,6 +235,11 @@ class Joint(Value):
                 f"limits end at {high:g}, not after their start {low:g}",
                 where=f"joints.{self.name}.limits",
             )
+        if not 0 <= values.get("restitution", 0.0) <= 1:
+            raise MechanismError(
+                f"a restitution is from 0 to 1, not {values['restitution']:g}",
+                where=f"joints.{self.name}.restitution",
+            )
         for entry in NOT_NEGATIVE:
             if values.get(entry, 0.0) < 0:
                 raise MechanismError(
@@ -256,6 +261,7 @@ class Joint(Value):
 WIDE, STIFF = "width of the contact across the plane", "2/E' = (1 - nu1^2)/E1 + (1 - nu2^2)/E2"
 TURN = 2 * math.pi
 LIMITS = ("limits.low", "limits.high")
+REBOUNDS = "speed behind an impact over that before, in motions, from 0 to 1"
 SIDES, SENSES = ("left", "right"), ("positive", "negative")
 LIES = "side on which the second body lies, and to which alone the contact pushes it"
 TURNS = "sense in which alone the teeth push the second body"

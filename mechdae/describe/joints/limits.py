@@ -1,4 +1,4 @@
-"""Joints that move between limits."""
+"""Joints that move between limits, or in gaps."""
 
 from __future__ import annotations
 
@@ -10,3 +10,10 @@ from mechdae.describe.joints.joint import Joint
 def limited(joints: Mapping[str, Joint]) -> list[Joint]:
     """Return the joints that have limits."""
     return [joint for joint in joints.values() if getattr(joint, "limits", None) is not None]
+
+
+def in_gaps(joints: Mapping[str, Joint], values: Mapping[str, float]) -> list[str]:
+    """Return the joints that may move in a gap: it is given, with a restitution."""
+    keys = ("clearance", "backlash", "backlash_angle")
+    given = [name for name in joints if f"{name}.restitution" in values]
+    return [name for name in given if any(values.get(f"{name}.{key}", 0.0) for key in keys)]

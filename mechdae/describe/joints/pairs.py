@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, ClassVar
 
-from mechdae.describe.joints.joint import LIES, SIDES, STIFF, WIDE, Joint
+from mechdae.describe.joints.joint import LIES, REBOUNDS, SIDES, STIFF, WIDE, Joint
 from mechdae.describe.values import Number
 from mechdae.errors import MechanismError
 from mechdae.records import dataclass, key, optional
@@ -33,6 +33,7 @@ class Revolute(Joint):
     face_width: Number | None = optional("number", doc=WIDE, unit="m")
     clearance: Number | None = optional("number", doc="of the pin, radial", unit="m")
     limits: NumbersOrNone = optional("pair", doc="least and greatest angle", unit="rad")
+    restitution: Number | None = optional("number", doc=REBOUNDS, unit="1")
 
     kind: ClassVar[str] = "revolute"
     surfaces: ClassVar[tuple[tuple[str, ...], ...]] = (("pin_radius",),)
@@ -80,6 +81,7 @@ class Prismatic(Joint):
     face_width: Number | None = optional("number", doc=WIDE, unit="m")
     clearance: Number | None = optional("number", doc="on each side of the block", unit="m")
     limits: NumbersOrNone = optional("pair", doc=STOPS, unit="m")
+    restitution: Number | None = optional("number", doc=REBOUNDS, unit="1")
 
     kind: ClassVar[str] = "prismatic"
     surfaces: ClassVar[tuple[tuple[str, ...], ...]] = (("contact_length",),)
@@ -124,6 +126,7 @@ class PinInSlot(Joint):
     contact_modulus: Number | None = optional("number", doc=STIFF, unit="Pa")
     clearance: Number | None = optional("number", doc="on each side of the pin", unit="m")
     limits: NumbersOrNone = optional("pair", doc=STOPS, unit="m")
+    restitution: Number | None = optional("number", doc=REBOUNDS, unit="1")
 
     kind: ClassVar[str] = "pin-in-slot"
     surfaces: ClassVar[tuple[tuple[str, ...], ...]] = (

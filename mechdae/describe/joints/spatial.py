@@ -13,7 +13,7 @@ from collections.abc import Hashable, Iterator, Mapping
 from dataclasses import fields, replace
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from mechdae.describe.joints.joint import PRESSURE_ANGLE, SENSES, TURNS, Joint
+from mechdae.describe.joints.joint import PRESSURE_ANGLE, REBOUNDS, SENSES, TURNS, Joint
 from mechdae.describe.joints.wheels import Gear
 from mechdae.describe.values import Number
 from mechdae.errors import MechanismError
@@ -23,10 +23,8 @@ if TYPE_CHECKING:
     from mechdae.describe.values import Numbers, NumbersOrNone
     from mechdae.types import Json
 
-
-AXES = "xyz"
-ALONG = 1e-9
-"""Share of its length by which a zero direction must leave the axis."""
+AXES, ALONG = "xyz", 1e-9
+"""The second: share of its length by which a zero direction must leave the axis."""
 Direction = tuple[Number, ...]
 
 
@@ -191,6 +189,7 @@ class SpatialRevolute(AxisPair):
     contact_length: Number | None = _length(PLANES)
     collar_radius: Number | None = _length("mean radius at which an axial force rubs; absent: none")
     limits: NumbersOrNone = optional("pair", doc="least and greatest angle", unit="rad")
+    restitution: Number | None = optional("number", doc=REBOUNDS, unit="1")
 
     kind: ClassVar[str] = "revolute"
     letter: ClassVar[str] = "R"
@@ -218,6 +217,7 @@ class SpatialPrismatic(AxisPair):
     contact_length: Number | None = _length(PLANES)
     contact_width: Number | None = _length("2w, width that a moment about the axis turns on")
     limits: NumbersOrNone = optional("pair", doc="least and greatest slide", unit="m")
+    restitution: Number | None = optional("number", doc=REBOUNDS, unit="1")
 
     kind: ClassVar[str] = "prismatic"
     letter: ClassVar[str] = "P"

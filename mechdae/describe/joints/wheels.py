@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, ClassVar
 
-from mechdae.describe.joints.joint import PRESSURE_ANGLE, SENSES, TURNS, Joint
+from mechdae.describe.joints.joint import PRESSURE_ANGLE, REBOUNDS, SENSES, TURNS, Joint
 from mechdae.describe.values import Number
 from mechdae.errors import MechanismError
 from mechdae.records import dataclass, key, optional
@@ -43,6 +43,7 @@ class Gear(Joint):
     one_sided: str | None = optional("text", choices=SENSES, doc=TURNS)
     backlash: Number | None = optional("number", doc="along the pitch circle", unit="m")
     backlash_angle: Number | None = optional("number", doc="of the first wheel", unit="rad")
+    restitution: Number | None = optional("number", doc=REBOUNDS, unit="1")
 
     kind: ClassVar[str] = "gear"
     lower: ClassVar[bool] = False
@@ -99,6 +100,7 @@ class Rack(Joint):
     mesh_loss: Number | None = optional("number", unit="1")
     one_sided: str | None = optional("text", choices=SENSES, doc=TURNS)
     backlash: Number | None = optional("number", doc="along the rack", unit="m")
+    restitution: Number | None = optional("number", doc=REBOUNDS, unit="1")
 
     kind: ClassVar[str] = "rack"
     lower: ClassVar[bool] = False

@@ -77,6 +77,12 @@ class Motion(Task):
     friction: str | None = optional(
         "text", choices=("event", "smooth", "none"), doc="slides and sticks, creeps, or is left out"
     )
+    clearance: str | None = optional(
+        "text", choices=("contact",), doc="joints with a gap and a restitution move in their gaps"
+    )
+    impact: str | None = optional(
+        "text", choices=("newton", "poisson"), doc="law of joints that hit their stops"
+    )
     v_s: Number | None = optional("number", doc="slope speed of smooth friction [m/s]")
     omega_s: Number | None = optional("number", doc="the same of pairs that turn [rad/s]")
     events: Takes[Sequence[Watched] | None, tuple[Watched, ...] | None] = optional(
@@ -109,6 +115,8 @@ class Motion(Task):
         for word in ("v_s", "omega_s"):
             if getattr(self, word) is not None and self.friction != "smooth":
                 raise InputError(f"'{word}' belongs to friction = \"smooth\"", where=word)
+        if self.clearance is not None:
+            _check_gaps(mechanism)
         keys = ("until", "tolerance", "max_step", "v_s", "omega_s")
         numbers = [(word, getattr(self, word)) for word in keys]
         for word, number in [*numbers, *(("at", time) for time in self.at or ())]:
@@ -158,6 +166,17 @@ class Equilibrium(Task):
                 raise InputError(
                     "an equilibrium has no time", where=f"drivers[{i}].{word}", hint="at = [value]"
                 )
+
+
+def _check_gaps(mechanism: Mechanism) -> None:
+    """Raise where no joint has a gap to move in."""
+    from mechdae.describe.joints.limits import in_gaps
+
+    if not in_gaps(mechanism.joints, mechanism.values()):
+        raise InputError(
+            "no joint has a gap to move in", where="clearance",
+            hint="clearance or backlash, and a restitution, of a joint",
+        )  # fmt: skip
 
 
 def start_values(

@@ -185,7 +185,8 @@ class Slips:
         self.kernel: Kernel = setup.kernel
         self.slips: list[Slip] = setup.released.rubbing.slips
         self.names: list[str] = [slip.owner for slip in self.slips]
-        self.k: int = 0 if setup.smooth else len(self.slips)
+        self.count: int = len(self.slips)
+        self.k: int = 0 if setup.smooth else self.count
         self.found: list[tuple[float, dict[str, float], str]] = []
         self._fastest = self._strongest = 0.0
         self._last = setup.loose
@@ -211,13 +212,14 @@ class Slips:
         """Return speeds, rates, holding forces, least and largest ones, (n, k) each, misses."""
         at = (np.reshape(t, (-1, 1)), np.atleast_2d(x), np.atleast_2d(v), signs)
         found: list[Floats] = self._values(*at)
-        return found
+        return [*(part[:, : self.count] for part in found[:5]), *found[5:]]
 
     def _along(self, t: float, x: Unknowns, v: Floats) -> Matrix:
         """Return the speeds (slips, freedoms) that the freedoms give slips, over natural sizes."""
         k = self.kernel
         J = k.value("place", t, x, v, self.setup.loose)[1]
-        C = k.value("locking", t, x, v, self.setup.loose)[0]
+        C, closed = np.split(k.value("locking", t, x, v, self.setup.loose)[0], [self.count])
+        J = np.vstack([J, closed[self.setup.closed > 0]])
         return (C * k.sizes) @ self.setup.freedoms(J) / self._sizes()[:, None]
 
     def _sizes(self) -> Floats:

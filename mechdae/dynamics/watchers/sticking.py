@@ -302,7 +302,10 @@ class Sticking(WaysFromRest):
     @cached_property
     def _speeds(self) -> Any:
         k = self.kernel
-        return k.batch("speeds", lambda: ca.Function("speeds", k.inputs, [k.locking(*k.inputs)[2]]))
+        return k.batch(
+            "speeds",
+            lambda: ca.Function("speeds", k.inputs, [k.locking(*k.inputs)[2][: self.count]]),
+        )
 
     def _faster(self, t: Floats, x: Unknowns, v: Floats, signs: Floats) -> None:
         """Keep the largest speed of all slips."""

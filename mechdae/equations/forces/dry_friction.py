@@ -68,6 +68,8 @@ class Rubbing:
         self.owners: list[int | None] = []
         self.sides: list[tuple[int, int]] = []
         for name in model.mechanism.joints:
+            if name in model.in_gaps:
+                continue
             self.feedbacks += laws.of(name)
         if not model.space.behind:  # in space all follows from the forces of teeth themselves
             self.feedbacks += [self._bearings(name) for name in self.meshes if self._real(name)]

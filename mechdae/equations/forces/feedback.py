@@ -43,6 +43,23 @@ class Slip:
 
 
 @dataclass(frozen=True)
+class Unilateral:
+    """A contact of a joint that pushes and does not pull: ``gap`` over q, unit "rad" or "m".
+
+    The gap is not negative. ``column`` is its gradient, what a unit of the contact's force does;
+    ``end`` tells the contacts of one joint apart, ``sign`` whether it pushes along what the joint
+    measures. Its velocity may be held at zero like that of a slip.
+    """
+
+    owner: str
+    gap: Sym
+    unit: str
+    column: Wrench
+    end: str
+    sign: float = 1.0
+
+
+@dataclass(frozen=True)
 class Feedback:
     """A force with a size that follows from its joint's multipliers.
 

@@ -43,7 +43,7 @@ def row_columns(r: Any) -> list[Wrench]:
 
 
 def lock_columns(r: Any) -> list[Wrench]:
-    """Return what minus a unit of the force that holds each slip does."""
+    """Return what minus a unit of the force that holds each slip, and each contact, does."""
     model, columns = r.model, []
     for slip in r.rubbing.slips:
         if slip.column is not None:
@@ -53,7 +53,7 @@ def lock_columns(r: Any) -> list[Wrench]:
         else:
             load: Resistance = model.mechanism.loads[slip.owner]
             columns.append(model.gradient(coordinate(model.mechanism, load.coordinate)))
-    return columns
+    return columns + [contact.column for contact in r.unilateral]
 
 
 def reactions_of(
@@ -76,6 +76,8 @@ def reactions_of(
     for slip in sorted({owner for owner in rubbing.owners if owner is not None}):
         (held,) = gradients(rubbing.slips[slip].speed, model.velocity)
         acting[rubbing.slips[slip].owner].append(times(-locks[slip], held))
+    for k, contact in enumerate(r.unilateral, rubbing.count):
+        acting[contact.owner].append(times(-locks[k], contact.column))
     for name, mesh in rubbing.meshes.items():
         acting[name].append(mesh.steady)
     parts = [part for name in names for part in reaction(model, name, add(*acting[name]))]

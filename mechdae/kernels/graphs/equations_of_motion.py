@@ -75,7 +75,7 @@ class Kernel:
         self.released = released
         self.n: int = released.x.numel()
         self.m: int = released.phi.numel()
-        self.slips: int = released.rubbing.count
+        self.slips: int = released.rubbing.count + len(released.unilateral)
         self.rubs: int = len(released.rubbing.feedbacks)
         self.inner: int = self.m + self.slips + self.rubs
         self.t: Sym = released.t
@@ -83,7 +83,7 @@ class Kernel:
         self.v: Sym = released.v
         self.signs: Sym = released.signs
         counts = {"sizes": self.n, "gaps": self.m, "eps": self.m, "weights": self.m}
-        counts |= {"lock_sizes": self.slips, "widths": self.slips, "closure": 1}
+        counts |= {"lock_sizes": self.slips, "widths": released.rubbing.count, "closure": 1}
         self.given: dict[str, Sym] = {"p": released.model.p}
         self.given |= {name: SX.sym(name, count) for name, count in counts.items()}
         self.c: Sym = ca.vertcat(*self.given.values())
@@ -207,17 +207,18 @@ class Kernel:
 
     @structure_property
     def locking(self) -> Graph:
-        """(t, x, v, signs, c) -> Jacobian of the slips' speeds, their rates at x'' = 0, speeds."""
+        """(t, x, v, signs, c) -> Jacobian of what locks hold, its rates at x'' = 0, its speeds."""
         r = self.released
-        C = ca.jacobian(r.slips, r.v)
-        return self.function("locking", [C, ca.densify(r.rate(r.slips)), ca.densify(r.slips)])
+        speeds = r.moved(r.lockable)
+        C = ca.jacobian(speeds, r.v)
+        return self.function("locking", [C, ca.densify(r.rate(speeds)), ca.densify(speeds)])
 
     def _locked(self, M: Sym, J: Sym, at: list[Sym]) -> tuple[_Solver, Sym, Sym]:
         """Return the solver with locks, what is locked, and rates of the slips at x'' = 0."""
         if not self.slips:
             return _Solver(M, J, self.given["eps"], self._weights), SX(0, 1), SX(0, 1)
         C, rates, _ = self.locking(*at)
-        locks = self.signs[self.slips : 2 * self.slips]
+        locks = self.released.locks
         C = ca.densify(C)
         for k in range(self.slips):
             C[k, :] = C[k, :] * locks[k]
@@ -347,7 +348,8 @@ class Kernel:
         strengths = [r.moved(part) for part in (*rising, *falling)]
         function = self.function("limits", [ca.densify(falls), ca.densify(grows), *strengths])
         falls, grows, *strengths = function.call(at)
-        high, low = SX(falls), -SX(grows)
+        none = SX.zeros(len(r.unilateral))
+        high, low = ca.vertcat(falls, none), -ca.vertcat(grows, none)
         for j, k in enumerate(r.rubbing.owners):
             if k is not None:
                 size = inner[self.m + self.slips + j]

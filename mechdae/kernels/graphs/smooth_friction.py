@@ -22,14 +22,14 @@ class Smooth(Kernel):
     @structure_property
     def sides(self) -> Graph:
         """(t, x, v, signs, c) -> what takes the place of the signs, (slips,)."""
-        return self.function("sides", [self._smoothed[: self.slips]])
+        return self.function("sides", [self._smoothed[: self.released.rubbing.count]])
 
     @structure_property
     def _smoothed(self) -> Sym:
         """Inputs of friction over (t, x, v), locks and numbers."""
-        locks = self.signs[self.slips : 2 * self.slips]
+        count = self.released.rubbing.count
         smooth = ca.tanh(ca.densify(self.released.slips) / self.given["widths"])
-        return ca.vertcat((1 - locks) * smooth, self.signs[self.slips :])
+        return ca.vertcat((1 - self.signs[count : 2 * count]) * smooth, self.signs[count:])
 
     def function(self, name: str, results: Sequence[Sym], more: Sequence[Sym] = ()) -> Graph:
         """Return the function (t, x, v, signs, ..., c) with smoothed signs put in."""

@@ -312,10 +312,11 @@ class Stepper:
     def _turned(self, t: Sym, x: Sym, v: Sym, signs: Sym, c: Sym) -> Sym:
         """Return whether a slip moves against its sign."""
         k = self.kernel
-        if not k.slips:
+        count = k.released.rubbing.count
+        if not count:
             return ca.DM(0)
         speeds = k.function("slips", [ca.densify(k.released.slips)])(t, x, v, signs, c)
-        return ca.mmin(speeds * signs[: k.slips]) < 0
+        return ca.mmin(speeds * signs[:count]) < 0
 
     @structure_property
     def advance(self) -> Graph:

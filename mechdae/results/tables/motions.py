@@ -17,7 +17,7 @@ ENDS = {
     "jammed": "no accelerations fit the laws of friction ({code})",
     "ambiguous": "the laws of friction do not decide ({code})",
     "impact": "a law of time jumps in its place or its speed (S9)",
-    "chatter": "{count} events of dry friction crowd (F4)",
+    "chatter": "{count} events crowd (F4)",
 }
 """What ends a motion before its time, or slows it, in words."""
 RUBBING = {
@@ -119,6 +119,8 @@ def _event(event: Event, wheels: Collection[str], units: Units) -> str:
     elif event["kind"] in RUBBING:
         names = event.get("group") or [event.get("load") or event["joint"]]
         what = RUBBING[event["kind"]][len(names) > 1].format(", ".join(names))
+    elif "end" in event:
+        what = _contact(event, units)
     elif event["kind"] == "lift_off":
         what = f"{lift_off(event, wheels, units)}, until t = {event['until']:.9g} s"
     elif event["kind"] in ENDS:
@@ -127,6 +129,17 @@ def _event(event: Event, wheels: Collection[str], units: Units) -> str:
         what = f"{event['name']} = {event['value']:g}, going {event['direction']}"
     word = event["kind"].replace("_", " ")
     return f"  {word:9} {place}: {what}"
+
+
+def _contact(event: Event, units: Units) -> str:
+    """Return what happens at a contact of a joint."""
+    name = f"joint {event['joint']} ({event['end']})"
+    if event["kind"] != "impact":
+        return f"{name} " + ("stays closed" if event["kind"] == "contact" else "lets go")
+    shown = units.of(f"{event['unit']}/s")
+    speeds = [f"{event[way] * shown.factor:.6g} {shown.name}" for way in ("speed", "rebound")]
+    unsure = "" if event.get("unique", True) else ", not unique"
+    return f"{name} is hit at {speeds[0]}, leaves at {speeds[1]}{unsure}"
 
 
 MOTION = (pose_lines, lambda result, _: motion_facts(result))

@@ -1,0 +1,109 @@
+"""The gaps of joints in motions: what keeps a joint within its limits, a pin in its bush.
+
+The gap of a pin in a bush with the clearance c is (c^2 - e^2) / (2 c) for an offset e of their
+centres. Where they touch it has the gradient of c - |e|, and it is smooth everywhere.
+"""
+
+from __future__ import annotations
+
+import casadi as ca
+
+from mechdae.describe.coordinates import coordinate
+from mechdae.describe.joints.joint import LIMITS, Joint
+from mechdae.describe.joints.limits import in_gaps, limited
+from mechdae.equations.forces.feedback import Unilateral
+from mechdae.equations.forces.generalised import times
+from mechdae.equations.gradients import gradients
+from mechdae.equations.model import Model
+from mechdae.errors import MechanismError
+from mechdae.types import Sym
+
+STOPS = (("low", 1.0), ("high", -1.0))
+SIDES = (("right", 1.0), ("left", -1.0))
+FLANKS = (("flank 1", 1.0), ("flank 2", -1.0))
+"""Ends that push along what the joint measures, then those that push back."""
+BUSH = "bush"
+"""End of a joint that is round: where it is touched depends on the offset."""
+
+
+def unilateral(model: Model) -> list[Unilateral]:
+    """Return the contacts of joints with a restitution: at stops, and in gaps."""
+    return [*stops(model), *inside(model)]
+
+
+def stops(model: Model) -> list[Unilateral]:
+    """Return the contacts at the limits of joints, the least of each before the greatest."""
+    found = []
+    for joint in limited(model.mechanism.joints):
+        if getattr(joint, "restitution", None) is None:
+            continue
+        named = coordinate(model.mechanism, f"{joint.name}.{joint.ranged}")
+        value, column = model.coordinate(named), model.gradient(named)
+        for limit, (end, sign) in zip(LIMITS, STOPS, strict=True):
+            gap = sign * (value - model.numbers[f"{joint.name}.{limit}"])
+            found.append(Unilateral(joint.name, gap, named.unit, times(sign, column), end, sign))
+    return found
+
+
+def open_joints(model: Model) -> None:
+    """Leave out the equations of joints that move in their gaps.
+
+    Raises
+    ------
+    MechanismError
+        A gap of a joint in space.
+    """
+    mechanism = model.mechanism
+    values = mechanism.values()
+    names = in_gaps(mechanism.joints, values)
+    if names and mechanism.dimension == 3:
+        raise MechanismError(
+            "motions in gaps are planar", where=f"joints.{names[0]}", hint="leave clearance out"
+        )
+    tilts = {name for name in names if f"{name}.contact_length" in values}
+    model.in_gaps, model.opened = frozenset(names), tuple(
+        row for row in model.rows
+        if row.owner in names and (row.part != "turn" or row.owner in tilts)
+    )  # fmt: skip
+    model.rows = [row for row in model.rows if row not in model.opened]
+
+
+def inside(model: Model) -> list[Unilateral]:
+    """Return the contacts that hold joints with opened equations together.
+
+    A pin in its bush, teeth with two flanks, a pin in a slot with two sides; a block in a guide is
+    touched by its ends, on either side.
+    """
+    found = list[Unilateral]()
+    for name in dict.fromkeys(row.owner for row in model.opened):
+        joint = model.mechanism.joints[name]
+        rows = {row.part: row.expression for row in model.opened if row.owner == name}
+        if joint.hinge:
+            c = model.numbers[f"{name}.clearance"]
+            gap = (c - ca.sumsqr(model.ends[name].gap) / c) / 2
+            found.append(Unilateral(name, gap, "m", gradients(gap, model.q)[0], BUSH))
+            continue
+        half, unit = _half(model, joint), "rad" if joint.wheels == 2 else "m"
+        forms = {"": rows["mesh"] if joint.meshes else rows["n"]}
+        if "turn" in rows:
+            reach = model.numbers[f"{name}.contact_length"] / 2 * ca.sin(rows["turn"])
+            forms = {"front ": forms[""] + reach, "back ": forms[""] - reach}
+        for word, form in forms.items():
+            for end, sign in FLANKS if joint.meshes else SIDES:
+                column = times(sign, gradients(form, model.q)[0])
+                found.append(Unilateral(name, half + sign * form, unit, column, word + end, sign))
+    return found
+
+
+def _half(model: Model, joint: Joint) -> Sym:
+    """Return how far the equation of a joint opens to either side."""
+    numbers, name = model.numbers, joint.name
+    if not joint.meshes:
+        return numbers[f"{name}.clearance"]
+    if f"{name}.backlash" not in numbers:
+        return numbers[f"{name}.backlash_angle"] / 2
+    half = numbers[f"{name}.backlash"] / 2
+    if joint.wheels != 2:
+        return half
+    gap = model.ends[name].gap
+    return half * ca.fabs(1 - numbers[f"{name}.ratio"]) / ca.sqrt(ca.sumsqr(gap))

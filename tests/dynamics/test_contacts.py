@@ -1,0 +1,288 @@
+"""Motions with stops: impacts, contacts that last, several at once, against closed forms."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+import mechdae as md
+from mechdae.describe.file.load import from_dict
+from mechdae.errors import InputError, MechanismError
+from tests.shared.bouncing import G, ball, carriage, hits, one_block, two_blocks
+
+
+def test_a_ball_bounces_until_it_lies_still() -> None:
+    """Times 2 v e^k / g between impacts, whose sum is finite: what is left out of it is told."""
+    e, first = 0.5, math.sqrt(2 / G)
+    result = md.solve(from_dict(ball(e, 2.0)), "m")
+    times = hits(result)
+    assert len(times) == 20
+    expected = [first * (1 + 2 * sum(e**j for j in range(1, k + 1))) for k in range(20)]
+    assert times == pytest.approx(expected, abs=1e-12)
+    (contact,) = [event for event in result.events if event["kind"] == "contact"]
+    assert contact["at"] + contact["left_out"] == pytest.approx(first * (1 + e) / (1 - e), abs=1e-9)
+    assert "rebounds" in result.summary["notes"][0]
+    assert result.work["impacts.floor"][-1] == pytest.approx(-2 * G, rel=1e-9)
+    assert result.checks["energy"] <= 1e-12
+    floor = result.joints["floor"]
+    assert floor.contact_force[[0, -1]] == pytest.approx([0, 2 * G], abs=1e-12)
+    assert floor.gap[[0, -1]] == pytest.approx([1, 0], abs=1e-11)
+    assert floor.reaction[-1] == pytest.approx([0, 2 * G, 0], abs=1e-11)
+    first_hit = result.events[0]
+    assert first_hit["speed"] == pytest.approx(G * first, rel=1e-12)
+    assert first_hit["impulse"] == pytest.approx(2 * 1.5 * G * first, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    "count", [50, pytest.param(1000, marks=pytest.mark.slow(reason="a thousand impacts"))]
+)
+def test_an_elastic_ball_keeps_its_energy(count: int) -> None:
+    first = math.sqrt(2 / G)
+    until = first * 2 * count
+    result = md.solve(from_dict(ball(1.0, until, poses=2)), "m")
+    times = hits(result)
+    assert len(times) == count
+    assert times == pytest.approx([(2 * k + 1) * first for k in range(count)], rel=1e-10)
+    assert result.scalars["energy"] == pytest.approx(2 * G, rel=1e-10)
+
+
+def elliptic(k: float) -> float:
+    """Return the complete elliptic integral K(k) by the mean of Gauss."""
+    a, b = 1.0, math.sqrt(1 - k * k)
+    for _ in range(30):
+        a, b = (a + b) / 2, math.sqrt(a * b)
+    return math.pi / (2 * a)
+
+
+def pendulum(limits: list[float], e: float, start: float, until: float) -> dict[str, Any]:
+    """A pendulum of 0.7 m with stops; its angle counts from the horizontal."""
+    return {
+        "schema": 1,
+        "gravity": [0, -G],
+        "ground": {"points": {"O": [0, 0]}},
+        "bodies": {"rod": {"points": {"O": [0, 0]}, "mass": 1.3, "center": [0.7, 0]}},
+        "joints": {
+            "pin": {"kind": "revolute", "between": ["ground.O", "rod.O"], "limits": limits,
+                    "restitution": e}
+        },
+        "tasks": {
+            "m": {"kind": "motion", "start": {"rod.angle": start}, "until": until,
+                  "tolerance": 1e-13}
+        },
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize("turns", [0, 2])
+def test_a_pendulum_hits_a_stop_at_its_lowest_place(turns: int) -> None:
+    """Half swings of amplitudes that fall by sin(a'/2) = e sin(a/2), a quarter of one first."""
+    e, amplitude = 0.6, 1.2
+    down = -math.pi / 2
+    start = down - amplitude + 2 * math.pi * turns
+    result = md.solve(from_dict(pendulum([-math.pi, down], e, start, 5.0)), "m")
+    natural, k = math.sqrt(0.7 / G), math.sin(amplitude / 2)
+    expected = [natural * elliptic(k)]
+    while (last := expected[-1] + 2 * natural * elliptic(e * k)) < 5.0:
+        expected.append(last)
+        k *= e
+    assert hits(result) == pytest.approx(expected, abs=1e-11)
+    assert result.checks["energy"] <= 1e-12
+    moment = result.joints["pin"].contact_moment
+    assert moment == pytest.approx(np.zeros(len(moment)), abs=1e-12)
+
+
+def test_a_contact_holds_as_long_as_it_is_pressed() -> None:
+    """A torque 2 t lifts the rod off its stop when it exceeds the moment of gravity."""
+    data = pendulum([0.0, 1.0], 0.3, 0.0, 6.0)
+    data["loads"] = {"T": {"kind": "torque", "body": "rod", "value": "2*t"}}
+    result = md.solve(from_dict(data), "m")
+    needed = 1.3 * G * 0.7
+    (lifts,) = hits(result, "release")
+    assert lifts == pytest.approx(needed / 2, abs=1e-11)
+    times, moment = result.time, result.joints["pin"].contact_moment
+    rests = times < lifts
+    assert moment[rests] == pytest.approx(needed - 2 * times[rests], abs=1e-11)
+    assert (result.bodies["rod"].angle[times > lifts] > 0).all()
+    assert result.checks["energy"] <= 1e-10
+
+
+@pytest.mark.slow(reason="a dozen motions each")
+@pytest.mark.parametrize("case", [one_block, two_blocks])
+def test_blocks_drawn_at_random_fly_as_in_closed_form(case: Any) -> None:
+    draw = np.random.default_rng(11)
+    for _ in range(12):
+        impacts, time, energy = case(draw)
+        assert impacts
+        assert time <= 1e-9
+        assert energy <= 1e-9
+
+
+# -- several at once -------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("law", "after"), [("newton", (0.5, 0.5)), ("poisson", (0.5, 0.5))])
+def test_contacts_that_close_at_once_are_not_unique(law: str, after: tuple[float, float]) -> None:
+    """At once both speeds turn round; one after the other it depends on the order."""
+    data = carriage((1.0, 1.0), ([0.0, 1.0], [-0.5, 0.5]), (0.5, 0.5), impact=law, poses=2,
+                    start={"wall": 0.5, "slot": 0.0}, start_speed={"wall": -1.0, "slot": -1.0},
+                    until=0.6)  # fmt: skip
+    result = md.solve(from_dict(data), "m")
+    assert hits(result) == pytest.approx([0.5, 0.5], abs=1e-12)
+    assert [event["unique"] for event in result.events if event["kind"] == "impact"] == [False] * 2
+    assert "not unique" in " ".join(result.summary["notes"])
+    speeds = [event["rebound"] for event in result.events if event["kind"] == "impact"]
+    assert speeds == pytest.approx(after, rel=1e-12)
+
+
+# -- gaps of joints ------------------------------------------------------------------------------
+
+
+def wheel_and_rack(**more: Any) -> dict[str, Any]:
+    """A wheel of 0.01 kg m^2 and 0.1 m, and a rack of 2 kg, with a play of 2 mm."""
+    return {
+        "schema": 1,
+        "ground": {"points": {"O": [0, 0]}},
+        "bodies": {
+            "wheel": {"points": {"O": [0, 0]}, "mass": 1, "inertia": 0.01},
+            "rack": {"points": {"P": [0, 0]}, "mass": 2},
+        },
+        "joints": {
+            "O": {"kind": "revolute", "between": ["ground.O", "wheel.O"]},
+            "guide": {"kind": "prismatic", "between": ["ground.O", "rack.P"]},
+            "mesh": {"kind": "rack", "between": ["wheel.O", "rack.P"], "radius": 0.1,
+                     "backlash": 2e-3, "restitution": 0.8},
+        },
+        "tasks": {"m": {"kind": "motion", "clearance": "contact", "until": 0.1, **more}},
+    }  # fmt: skip
+
+
+def test_a_rack_is_hit_by_one_flank_after_the_other() -> None:
+    """Half the play at 1 m/s, then all of it at a speed that falls by e each time."""
+    data = wheel_and_rack(start_speed={"wheel": 10.0, "guide": 0.0})
+    result = md.solve(from_dict(data), "m")
+    expected = [1e-3]
+    while (last := expected[-1] + 2e-3 / 0.8 ** len(expected)) < 0.1:
+        expected.append(last)
+    assert hits(result) == pytest.approx(expected, abs=1e-12)
+    ends = [event["end"] for event in result.events]
+    assert ends == [f"flank {1 + k % 2}" for k in range(len(ends))]
+    momentum = 0.01 * result.bodies["wheel"].angular_velocity / 0.1
+    momentum = momentum + 2 * result.joints["guide"].slide_velocity
+    assert momentum == pytest.approx(np.full(len(momentum), 1.0), rel=1e-12)
+    assert result.checks["energy"] <= 1e-12
+
+
+def test_teeth_change_flanks_where_the_torque_changes_its_sign() -> None:
+    """Torque 1 - 2 t: the rack runs ahead from t = 1/2 on until the play is crossed."""
+    data = wheel_and_rack(until=0.75, tolerance=1e-12, start={"wheel": 0.0, "guide": 1e-3})
+    data["loads"] = {"T": {"kind": "torque", "body": "wheel", "value": "1 - 2*t"}}
+    data["joints"]["mesh"] |= {"radius": -0.1, "restitution": 0.0}
+    result = md.solve(from_dict(data), "m")
+    (lifts,) = hits(result, "release")
+    assert lifts == pytest.approx(0.5, abs=1e-11)
+    crossing = (6 * 0.01 * 2e-3 / (0.1 * 2)) ** (1 / 3)
+    assert hits(result)[-1] == pytest.approx(0.5 + crossing, abs=1e-9)
+    force, t = result.joints["mesh"].contact_force, result.time
+    together = t < 0.5
+    share = 2 / (2 + 0.01 / 0.1**2)  # of the torque that moves the rack
+    expected = -(1 - 2 * t[together]) / 0.1 * share
+    assert force[together] == pytest.approx(expected, abs=1e-9)
+    assert result.checks["energy"] <= 1e-10
+
+
+@pytest.mark.parametrize("key", ["backlash", "backlash_angle"])
+def test_gears_cross_their_backlash(key: str) -> None:
+    """Wheels of 0.1 and 0.2 m: half the backlash, along the pitch circle or of the first wheel."""
+    size = {"backlash": 2e-3, "backlash_angle": 0.02}[key]
+    data = wheel_and_rack(until=0.02, start_speed={"wheel": 10.0, "other": 0.0})
+    data["ground"]["points"]["Q"] = [0.3, 0]
+    data["bodies"]["other"] = {"points": {"Q": [0, 0]}, "mass": 1, "inertia": 0.03}
+    del data["bodies"]["rack"], data["joints"]["guide"]
+    data["joints"]["Q"] = {"kind": "revolute", "between": ["ground.Q", "other.Q"]}
+    data["joints"]["mesh"] = {"kind": "gear", "between": ["wheel.O", "other.Q"], "ratio": -2,
+                              key: size, "restitution": 0.5}  # fmt: skip
+    result = md.solve(from_dict(data), "m")
+    assert hits(result)[:2] == pytest.approx([1e-3, 1e-3 + 2e-3 / 0.5], abs=1e-12)
+    assert result.checks["energy"] <= 1e-12
+
+
+def disc(e: float, speed: float, until: float) -> dict[str, Any]:
+    """A disc on a pin in a bush of the ground with a clearance of 1 mm, its centre off by half."""
+    return {
+        "schema": 1,
+        "ground": {"points": {"O": [0, 0]}},
+        "bodies": {"disc": {"points": {"P": [0, 0]}, "mass": 3, "inertia": 0.02}},
+        "joints": {"A": {"kind": "revolute", "between": ["ground.O", "disc.P"],
+                         "clearance": 1e-3, "restitution": e}},
+        "tasks": {"m": {"kind": "motion", "clearance": "contact", "until": until,
+                        "tolerance": 1e-12, "start": {"disc.P.x": 5e-4, "disc.P.y": 0.0},
+                        "start_speed": {"disc.P.x": 0.0, "disc.P.y": speed}}},
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize("e", [1.0, 0.7])
+def test_a_pin_flies_along_chords_of_its_bush(e: float) -> None:
+    """Chords 2 c cos: the speed along the bush stays, that across it falls by e each time."""
+    c, speed = 1e-3, 0.2
+    result = md.solve(from_dict(disc(e, speed, 0.2)), "m")
+    along, across = speed / 2, speed * math.sqrt(3) / 2
+    expected = [math.sqrt(3) / 2 * c / speed]
+    while across > 1e-4 and expected[-1] < 0.2:
+        across *= e
+        expected.append(expected[-1] + 2 * c * across / (along**2 + across**2))
+    expected = [t for t in expected if t < 0.2]
+    assert hits(result)[: len(expected)] == pytest.approx(expected, abs=1e-9)
+    assert len(expected) > 15
+    assert result.checks["energy"] <= 1e-11
+    if e < 1:  # then it slides round, pressed by its inertia
+        (contact,) = [event for event in result.events if event["kind"] == "contact"]
+        force = result.joints["A"].contact_force[result.time > contact["at"]]
+        assert force == pytest.approx(np.full(len(force), 3 * along**2 / c), rel=1e-7)
+        assert np.linalg.norm(result.joints["A"].reaction[-1, :2]) == pytest.approx(force[-1])
+
+
+def test_a_joint_without_a_restitution_keeps_its_equations() -> None:
+    data = disc(0.5, 0.2, 0.1)
+    del data["joints"]["A"]["restitution"]
+    with pytest.raises(InputError, match="no joint has a gap") as caught:
+        from_dict(data)
+    assert "clearance" in str(caught.value)
+
+
+def test_other_joints_do_not_notice_gaps() -> None:
+    """Without the key of the task a clearance changes nothing."""
+    data = wheel_and_rack(start_speed={"wheel": 10.0})
+    del data["tasks"]["m"]["clearance"]
+    result = md.solve(from_dict(data), "m")
+    assert not result.events
+    slides = result.joints["guide"].slide_velocity
+    assert slides == pytest.approx(np.full(len(slides), 1.0), rel=1e-12)
+
+
+# -- bad input -------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("e", [-0.1, 1.01])
+def test_a_restitution_is_from_zero_to_one(e: float) -> None:
+    with pytest.raises(MechanismError, match="from 0 to 1") as caught:
+        from_dict(ball(e, 1.0))
+    assert "joints.floor.restitution" in str(caught.value)
+
+
+def test_a_start_beyond_a_stop_is_an_error() -> None:
+    with pytest.raises(InputError, match=r"joint floor is beyond its stop \(low\) by 0.5 m"):
+        md.solve(from_dict(ball(0.5, 1.0, start={"floor": -0.5})), "m")
+
+
+def test_redundant_equations_are_refused() -> None:
+    """Two parallel guides hold one block twice."""
+    data = ball(0.5, 1.0)
+    data["bodies"]["ball"]["points"]["Q"] = [1, 0]
+    data["ground"]["points"]["Q"] = [1, 0]
+    data["joints"]["second"] = {"kind": "prismatic", "between": ["ground.Q", "ball.Q"],
+                                "axis": math.pi / 2}  # fmt: skip
+    with pytest.raises(MechanismError, match="redundant") as caught:
+        md.solve(from_dict(data), "m")
+    assert "joints.floor.restitution" in str(caught.value)

@@ -1,0 +1,123 @@
+"""Blocks between stops, drawn at random, beside their flights in closed form."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+import mechdae as md
+from mechdae.describe.file.load import from_dict
+
+G, UNTIL = 9.81, 2.0
+SLOW = 1e-3
+"""Speed of an impact [m/s] at which the closed form ends."""
+
+
+def hits(result: md.Result, kind: str = "impact") -> list[float]:
+    return [event["at"] for event in result.events if event["kind"] == kind]
+
+
+def ball(e: float, until: float, **more: Any) -> dict[str, Any]:
+    """A ball of 2 kg above a floor, let go at a height of 1 m."""
+    return {
+        "schema": 1,
+        "gravity": [0, -G],
+        "ground": {"points": {"O": [0, 0]}},
+        "bodies": {"ball": {"points": {"P": [0, 0]}, "mass": 2}},
+        "joints": {
+            "floor": {"kind": "prismatic", "between": ["ground.O", "ball.P"],
+                      "axis": math.pi / 2, "limits": [0, 10], "restitution": e}
+        },
+        "tasks": {"m": {"kind": "motion", "start": {"floor": 1}, "until": until, **more}},
+    }  # fmt: skip
+
+
+def carriage(
+    masses: Any, limits: tuple[list[float], list[float]], e: Any, **more: Any
+) -> dict[str, Any]:
+    """A block between walls, and a second one between stops of the first."""
+    names, slots = ("one", "two"), ("wall", "slot")
+    between = (["ground.O", "one.P"], ["one.P", "two.P"])
+    return {
+        "schema": 1,
+        "ground": {"points": {"O": [0, 0]}},
+        "bodies": {
+            name: {"points": {"P": [0, 0]}, "mass": float(mass)}
+            for name, mass in zip(names, masses, strict=True)
+        },
+        "joints": {
+            name: {"kind": "prismatic", "between": pair, "limits": ends, "restitution": float(r)}
+            for name, pair, ends, r in zip(slots, between, limits, e, strict=True)
+        },
+        "tasks": {"m": {"kind": "motion", "until": UNTIL, "tolerance": 1e-12, **more}},
+    }
+
+
+def _landing(x: float, v: float, a: float, low: float, high: float) -> tuple[float, float, float]:
+    """Return when x + v t + a t^2/2 comes to a stop first, which, and the speed there."""
+    found = []
+    for stop in (low, high):
+        roots = np.roots([a / 2, v, x - stop]) if a else np.array([(stop - x) / v if v else np.inf])
+        for t in np.real(roots[np.abs(np.imag(roots)) == 0]).tolist():
+            speed = v + a * t
+            if t > 1e-9 and (speed > 0) == (stop == high):
+                found.append((t, stop, speed))
+    return min(found)
+
+
+def one_block(draw: np.random.Generator) -> tuple[int, float, float]:
+    """Return impacts, the largest error of their times and of the energy lost, a share."""
+    e, slope, mass = draw.uniform(0.3, 1.0), draw.uniform(-1.5, 1.5), draw.uniform(0.1, 9)
+    low, high = -draw.uniform(0.1, 1.0), draw.uniform(0.1, 1.0)
+    x, v = draw.uniform(0.9 * low, 0.9 * high), draw.uniform(-3, 3)
+    data = ball(e, UNTIL, start={"floor": x}, start_speed={"floor": v}, tolerance=1e-12)
+    data["bodies"]["ball"]["mass"] = mass
+    data["joints"]["floor"] |= {"axis": slope, "limits": [low, high]}
+    result = md.solve(from_dict(data), "m")
+    a, t, expected = -G * math.sin(slope), 0.0, list[float]()
+    for _ in range(10_000):
+        step, stop, speed = _landing(x, v, a, low, high)
+        if t + step > UNTIL or abs(speed) < SLOW:
+            break
+        t, x, v = t + step, stop, -e * speed
+        expected.append(t)
+    return _compared(result, expected)
+
+
+def two_blocks(draw: np.random.Generator) -> tuple[int, float, float]:
+    """The same of two masses that hit each other and the walls, without gravity."""
+    masses, width = draw.uniform(0.2, 3.0, 2), draw.uniform(0.05, 0.4)
+    e = draw.uniform(0.5, 1.0, 2)
+    x = np.array([draw.uniform(0.2, 0.8), draw.uniform(-0.9, 0.9) * width])
+    v = draw.uniform(-2, 2, 2)  # of the first block, and of the second one in it
+    lows, highs = np.array([0.0, -width]), np.array([1.0, width])
+    names = ("wall", "slot")
+    start = {"start": dict(zip(names, x.tolist(), strict=True))}
+    start["start_speed"] = dict(zip(names, v.tolist(), strict=True))
+    data = carriage(masses, ([0.0, 1.0], [-width, width]), e, poses=2, **start)
+    result = md.solve(from_dict(data), "m")
+    t, expected = 0.0, list[float]()
+    for _ in range(60):
+        ends = np.where(v > 0, highs, lows)
+        left = np.where(v != 0, (ends - x) / np.where(v != 0, v, 1.0), np.inf)
+        which = int(np.argmin(left))
+        if t + left[which] > UNTIL or abs(v[which]) < SLOW:
+            break
+        t, x = t + left[which], x + v * left[which]
+        expected.append(t)
+        x[which] = ends[which]
+        if which == 0:
+            v = np.array([-e[0] * v[0], (1 + e[0]) * v[0] + v[1]])
+        else:  # the momentum of both stays
+            change = masses[1] / masses.sum() * (1 + e[1]) * v[1]
+            v = np.array([v[0] + change, -e[1] * v[1]])
+    return _compared(result, expected)
+
+
+def _compared(result: md.Result, expected: list[float]) -> tuple[int, float, float]:
+    found = np.array(hits(result)[: len(expected)])
+    assert len(found) == len(expected)
+    apart = float(np.abs(found - expected).max(initial=0.0))
+    return len(expected), apart, result.checks["energy"]
