@@ -71,8 +71,8 @@ class Group:
         if self.kind in KINDS:
             return f"II.{KINDS[self.kind]} {self.kind}({numbers})"
         over = f" [{self.superfluous} redundant]" if self.superfluous else ""
-        if self.kind in ("driver", "weld"):
-            return f"{'I' if self.kind == 'driver' else 'weld'}({numbers}){over}"
+        if self.class_ == 1 or self.kind == "weld":
+            return f"{'I' if self.class_ == 1 else 'weld'}({numbers}){over}"
         return f"{self.roman} {self.kind}({numbers}){over}"
 
     @property

@@ -176,3 +176,17 @@ def test_new_gives_every_predefined_problem_as_it_is(capsys) -> None:
     code, _, err = run(capsys, "new", "oscilating-cylinder")
     assert code == 2
     assert "did you mean oscillating-cylinder" in err
+
+
+def test_tables_show_no_noise_no_column_twice_and_lengths_in_the_units_given() -> None:
+    rssr = md.rssr(ground=200, crank=50, coupler=220, rocker=120, units="mm,deg")
+    lines = str(md.solve(rssr, "turn")).splitlines()
+    turning = [
+        line.split()[3] for line in lines if line.split()[:2] in (["ok", "0"], ["ok", "180"])
+    ]
+    assert turning == ["0", "0"]  # the rocker's speed where it turns back, of 4 rad/s
+    cylinder = md.cylinder(-100, -200, 150, closed=150, opened=250, units="mm,deg")
+    assert str(md.solve(cylinder, "stroke")).count("cyl.slide [mm]") == 1
+    modes = str(md.solve(cylinder, "modes"))
+    assert "labels of I(1,2,3)" in modes
+    assert "cyl_mm = 200" in modes

@@ -95,7 +95,8 @@ class Quantities:
             self.column(name, result.unit("drivers", name, "position"), series.position, share=1.0)
             for name, series in result.drivers.items()
         ]
-        listed = self.outputs() + self._listed()
+        known = [title for title, _ in driven]
+        listed = self.outputs() + [c for c in self._listed() if c[0] not in known]
         if getattr(result.definition, "measures", None):
             from mechdae.results.tables.measures import ratio_columns
 
@@ -201,7 +202,11 @@ class Quantities:
             for rate in ("velocity", "acceleration")[:rates]:
                 if f"{word}_{rate}" in series:
                     unit = self.result.unit("joints", name, f"{word}_{rate}")
-                    yield self.column(f"{name}.{word}", unit, series[f"{word}_{rate}"], 0.0)
+                    rates_of = [f"{w}_{rate}" for w in RELATIVE if (w in TURNS) == turns]
+                    alike = [s[w] for s in self.result.joints.values() for w in rates_of if w in s]
+                    largest = max(float(np.nanmax(np.abs(v), initial=0.0)) for v in alike)
+                    values = series[f"{word}_{rate}"]
+                    yield self.column(f"{name}.{word}", unit, values, 1e-14 * largest)
 
     def _part(self, kind: str, name: str, rates: int) -> Iterator[Column]:
         """Yield a body's angle or a joint's slide or place, with some of its rates."""
