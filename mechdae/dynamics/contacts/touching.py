@@ -37,6 +37,11 @@ STILL = 1e-12
 """Speed, over the natural ones, that is none."""
 CLOSE = 1e-9
 """Share of the force of a contact, over the largest so far, up to which it is none."""
+DOUBT, SURE = 1e-12, 100.0
+"""Share of the largest force, or of a natural acceleration, that is rounding, and how many of these
+are not."""
+SOON = (1e-9, 1e-7, 1e-5)
+"""Shares of the whole time after which forces tell what is about to come."""
 CROWD, NEAR = 200, 1e-12
 """Events of contacts in one instant, a share of the whole time, that end a motion."""
 OVER = 1.25
@@ -227,7 +232,8 @@ class Touching:
         """Return a step in which the shortest rebound that begins here is over."""
         speeds, rates = self._speeds(t, x, v), self.forces(t, x, v, signs)[0][0]
         near = self.gaps(t, x, v, signs)[0] <= TOUCHES * self.sizes
-        near &= (self.setup.closed == 0) & (speeds > 0) & (rates < 0)
+        moving = speeds > STILL * self._fast * self.sizes
+        near &= (self.setup.closed == 0) & moving & (rates < 0)
         return float(np.min(OVER * 2 * speeds[near] / -rates[near], initial=np.inf))
 
     def _behind(
@@ -276,21 +282,41 @@ class Touching:
     def _close(
         self, t: float, x: Unknowns, v: Floats, resting: list[int], released: int | None
     ) -> None:
-        """Close those contacts without speed that are pressed, by least index."""
-        setup = self.setup
-        chosen = [i for i in resting if i != released]
+        """Close those contacts without speed that are pressed; in doubt those a moment later."""
+        closed, sure = self._pressed((t, x, v), resting)
+        if released in resting or not sure:
+            a = self.integrator.acceleration(t, x, v, self.setup.loose)
+            for share in SOON:
+                h = share * self.setup.end
+                later = (t + h, x + h * v + h * h / 2 * a, v + h * a)
+                closed, sure = self._pressed(later, resting)
+                if sure:
+                    break
+            else:
+                closed[[] if released is None else [released]] = 0.0
+        self.setup.closed = closed
+
+    def _pressed(
+        self, at: tuple[float, Unknowns, Floats], resting: list[int]
+    ) -> tuple[Floats, bool]:
+        """Return which contacts are pressed at a state, by least index, and whether it is sure.
+
+        Those that are closed push, those that are open part.
+        """
+        setup, natural = self.setup, self._fast**2 * self.sizes[resting]
         setup.closed = np.zeros(len(self.contacts))
-        setup.closed[chosen] = 1.0
-        for _ in range(4 * 2 ** min(len(chosen), 16)):
-            rates, held = (part[0] for part in self.forces(t, x, v, setup.loose))
-            size = max(float(np.abs(held).max(initial=0.0)), self._strongest)
-            pulls = [i for i in chosen if setup.closed[i] and held[i] < -CLOSE * size]
-            top = float(np.abs(rates).max(initial=0.0))
-            falls = [i for i in chosen if not setup.closed[i] and rates[i] < -CLOSE * top]
-            wrong = sorted([*pulls, *falls])
-            if not wrong:
+        setup.closed[resting] = 1.0
+        margins = np.zeros(0)
+        for _ in range(4 * 2 ** min(len(resting), 16)):
+            rates, held = (part[0][resting] for part in self.forces(*at, setup.loose))
+            self._strongest = max(self._strongest, float(np.abs(held).max(initial=0.0)))
+            pushes = held / self._strongest if self._strongest > 0 else held
+            margins = np.where(setup.closed[resting] > 0, pushes, rates / natural)
+            wrong = np.flatnonzero(margins < -DOUBT)
+            if not len(wrong):
                 break
-            setup.closed[wrong[0]] = 1.0 - setup.closed[wrong[0]]
+            setup.closed[resting[wrong[0]]] = 1.0 - setup.closed[resting[wrong[0]]]
+        return setup.closed, bool((margins > SURE * DOUBT).all())
 
     def _taken(self, w: Floats, hit: _Hit) -> Floats:
         """Return works with what impacts take, and what drivers put into them."""
