@@ -8,6 +8,7 @@ from __future__ import annotations
 import ast
 import re
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 
 FOLDER = Path(__file__).resolve().parent
@@ -22,15 +23,19 @@ paths of the points. What the symbols mean: [symbols](symbols.md).
 """
 
 
+def pictures() -> Iterator[tuple[Path, str, str]]:
+    """Yield the scripts with a picture, their titles and what they show."""
+    for script in sorted(PLOTS.glob("*.py")):
+        if (PLOTS / f"{script.stem}.svg").exists():
+            said = ast.get_docstring(ast.parse(script.read_text(encoding="utf-8"))) or ""
+            text = " ".join(said.split("\n\n")[0].split()).replace("``", "`")
+            yield script, script.stem.replace("_", " ").capitalize(), text
+
+
 def page() -> str:
     """Return the page: a heading, the picture and the first paragraph of each docstring."""
     parts = [HEAD]
-    for script in sorted(PLOTS.glob("*.py")):
-        if not (PLOTS / f"{script.stem}.svg").exists():
-            continue
-        said = ast.get_docstring(ast.parse(script.read_text(encoding="utf-8"))) or ""
-        text = " ".join(said.split("\n\n")[0].split()).replace("``", "`")
-        title = script.stem.replace("_", " ").capitalize()
+    for script, title, text in pictures():
         alt = re.sub(r"[`\[\]]", "", text)
         parts.append(
             f"## {title}\n\n![{alt}](../../plots/{script.stem}.svg)\n\n"

@@ -9,16 +9,18 @@ from __future__ import annotations
 
 import argparse
 import contextlib
+import html
 import io
 import re
 import shutil
 import sys
 import tempfile
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
+from urllib.parse import unquote
 
-from website import api, problems, stage
+from website import api, cards, problems, stage
 
 MARK = "objects.inv"
 FETCHED = re.compile(
@@ -28,6 +30,8 @@ FETCHED = re.compile(
     re.I,
 )
 """What makes a browser ask another host for something when a page is opened."""
+NAMED = re.compile(r'<[^>]*\b(?:href|src)="([^"#:?]+)[^":]*"')
+"""A file of the site that a page names."""
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -48,9 +52,9 @@ def main(argv: Sequence[str] | None = None) -> int:
         if report:
             print(report, file=sys.stderr)
             return 1
-        asked = fetched(built)
-        if asked:
-            print("asks other hosts: " + "; ".join(asked), file=sys.stderr)
+        report = "\n".join(faults(built))
+        if report:
+            print(report, file=sys.stderr)
             return 1
         if options.out.exists():
             shutil.rmtree(options.out)
@@ -80,12 +84,17 @@ def generate(source: Path) -> None:
     """Write all sources of the site."""
     stage.stage(source)
     generated = {"Reference": [*problems.write(source), *api.write(source)]}
+    stage.contents(source, generated, cards.home(source / "_live/live"))
+    settings(source)
+
+
+def settings(source: Path) -> None:
+    """Write what Sphinx and browsers need, and pages by their former names."""
     folder = Path(__file__).parent / "website"
-    shutil.copyfile(folder / "conf.py", source / "conf.py")
+    for name in ("conf.py", "scorer.js"):
+        shutil.copyfile(folder / name, source / name)
     shutil.copytree(folder / "static", source / "_static")
-    (source / "_live").mkdir(exist_ok=True)
     stage.redirects(source / "_live")
-    stage.contents(source, generated)
 
 
 def build(source: Path, built: Path, trees: Path) -> str | None:
@@ -105,14 +114,16 @@ def build(source: Path, built: Path, trees: Path) -> str | None:
     return None
 
 
-def fetched(built: Path) -> list[str]:
-    """Return the files of a site that would ask other hosts for something."""
-    found = []
+def faults(built: Path) -> Iterator[str]:
+    """Yield what files of a site would ask other hosts for, and names of files that are none."""
     for path in sorted([*built.glob("**/*.html"), *built.glob("**/*.css")]):
-        match = FETCHED.search(path.read_text(encoding="utf-8"))
+        text, name = path.read_text(encoding="utf-8"), path.relative_to(built)
+        match = FETCHED.search(text)
         if match:
-            found.append(f"{path.relative_to(built)}: {match.group(0)[:80]}")
-    return found
+            yield f"{name} asks another host: {match.group(0)[:80]}"
+        for link in NAMED.findall(text) if path.suffix == ".html" else []:
+            if not (path.parent / unquote(html.unescape(link))).exists():
+                yield f"{name} names what is not there: {link}"
 
 
 if __name__ == "__main__":

@@ -21,7 +21,7 @@ PAGE, DATA = FOLDER / "theory/evidence/speed-and-error.md", FOLDER / "data" / "b
 AIMS = FOLDER / "data" / "aims.json"
 README = FOLDER.parent / "README.md"
 BEGIN, END = "<!-- speed -->", "<!-- end of speed -->"
-sys.path.insert(0, str(FOLDER.parent))
+sys.path[:0] = [str(FOLDER), str(FOLDER.parent)]
 
 FIRST, AGAIN, WARM = "md.solve, first", "md.solve, again", "md.Solver"
 OURS = (FIRST, AGAIN, WARM, "md.Solver.poses")
@@ -379,6 +379,8 @@ def main(arguments: list[str]) -> int:
     parser.add_argument("--check", action="store_true")
     parser.add_argument("--measure", action="store_true")
     asked = parser.parse_args(arguments)
+    from make_evidence import stamped
+
     if asked.measure:
         from benchmarks.__main__ import main as measured
 
@@ -389,7 +391,7 @@ def main(arguments: list[str]) -> int:
         subprocess.run([sys.executable, str(picture)], check=True)
     records = json.loads(DATA.read_text(encoding="utf-8"))
     old = README.read_text(encoding="utf-8")
-    wanted = {PAGE: page(records), README: readme(old, records)}
+    wanted = {PAGE: stamped(PAGE.name, page(records)), README: readme(old, records)}
     for path, text in wanted.items():
         if asked.check and path.read_text(encoding="utf-8") != text:
             print(f"{path.name} is not what bench.json says")

@@ -1,5 +1,6 @@
 """Settings of Sphinx for the site; ``make_site.py`` copies them into the staged tree."""
 
+from pathlib import Path
 from typing import Any
 
 from pygments.lexers.special import TextLexer
@@ -16,6 +17,8 @@ html_theme = "furo"
 html_title = f"mechdae {release}"
 html_static_path = ["_static"]
 html_css_files = ["site.css"]
+html_js_files = [("site.js", {"defer": "defer"})]
+html_search_scorer = str(Path(__file__).with_name("scorer.js"))
 html_show_sourcelink = False
 html_copy_source = False
 html_last_updated_fmt = None

@@ -1,14 +1,14 @@
-"""A page for each predefined problem: live page, diagram, curves, structure, results, file."""
+"""A page for each predefined problem: live page, curves, structure, results, file."""
 
 from __future__ import annotations
 
 import contextlib
-import dataclasses
 import io
 import os
 import warnings
 from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
+from html import escape
 from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
@@ -18,55 +18,47 @@ from mechdae.cli import main
 from mechdae.describe.file import library
 from mechdae.draw.figure import svg_text
 from mechdae.errors import MechdaeError
+from website import cards, thumbs
 
 SHOWN = ("sweep", "reactions", "motion", "equilibrium")
-"""Kinds of tasks that are solved for a page, in each problem the first one."""
-WORKERS = min(4, max(2, os.cpu_count() or 2))
-HEAVY = {"bricard", "stewart-gough"}
-"""Problems that take seconds: pages have the start of their sweep, and say how to go on."""
+"""Kinds of tasks that are solved for a page, in each problem the one with the longest way."""
+WORKERS = max(2, min(4, os.cpu_count() or 2))
 KINDS = {
     "Motion of linkages": "sweep",
     "Forces and friction": "reactions",
     "Motion under forces, equilibria": "motion equilibrium",
-    "Synthesis": "synthesis",
-    "Mechanisms in space": "space",
+    "Synthesis": "synthesis composition",
 }
-"""Groups of the contents; a problem stands in the last one that has a kind of its tasks."""
+"""Kinds of problems; each has the last one with a kind of its tasks."""
 
 
 def write(target: Path, names: list[str] | None = None, workers: int = WORKERS) -> list[str]:
     """Write the pages into ``problems/`` and return their names for the contents.
 
-    Live pages go to ``_live/live/``, from where they are copied as they are.
+    Live pages go to ``_live/live/`` and small pictures to ``_live/small/``, from where they are
+    copied as they are.
     """
-    folder, live = target / "problems", target / "_live" / "live"
-    folder.mkdir(parents=True, exist_ok=True)
-    live.mkdir(parents=True, exist_ok=True)
+    for folder in ("problems", "_live/live", "_live/small"):
+        (target / folder).mkdir(parents=True, exist_ok=True)
     chosen = sorted(library.names() if names is None else names)
-    jobs = [(name, folder, live) for name in chosen]
+    jobs = [(name, target) for name in chosen]
     if workers > 1:
-        jobs.sort(key=lambda job: job[0] not in HEAVY)  # long ones first
         with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
-            entries = sorted(pool.map(_page, jobs, chunksize=1))
+            listed = list(pool.map(_page, jobs, chunksize=1))
     else:
-        entries = [_page(job) for job in jobs]
-    lines = ["# Predefined problems", "", "Each is a name for the commands: `mechdae solve NAME`."]
-    for caption in KINDS:
-        own = [(name, title) for name, title, group in entries if group == caption]
-        if own:
-            lines += ["", f"## {caption}", "", "| problem | is |", "|---|---|"]
-            lines += [f"| [{name}]({name}.md) | {_cell(title)} |" for name, title in own]
-    (folder / "index.md").write_text("\n".join([*lines, ""]), encoding="utf-8")
+        listed = [_page(job) for job in jobs]
+    text = "# Predefined problems\n\nEach is a name for the commands: `mechdae solve NAME`.\n\n"
+    (target / "problems/index.md").write_text(text + cards.grid(listed), encoding="utf-8")
     return ["problems/index.md"]
 
 
 def _cell(text: str) -> str:
-    return text.replace("|", "\\|").replace("<", "&lt;").replace("[", "\\[")
+    return text.replace("<", "&lt;").replace("[", "\\[")
 
 
-def _page(job: tuple[str, Path, Path]) -> tuple[str, str, str]:
-    """Write the page of one problem; return its name, title and group."""
-    name, folder, live = job
+def _page(job: tuple[str, Path]) -> cards.Card:
+    """Write the page of one problem; return its card."""
+    name, target = job
     problem = md.load(name)
     # not in the contents, which would stand at the side of every page: the index links to it
     lines = ["---", "orphan: true", "---", "", f"# {_cell(problem.title or name)}", "", f"`{name}`"]
@@ -75,36 +67,45 @@ def _page(job: tuple[str, Path, Path]) -> tuple[str, str, str]:
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         task, result = _solved(problem)
-        lines += _live(problem, task, live)
+        live = _live(problem, task, target / "_live/live")
+        lines += live
+        small, moves = f"small/{name}.svg", False
         if result is not None:
-            lines += _pictures(name, task, result, folder)
-        lines += ["", "## Structure", "", *_printed("show", name)]
-        if result is not None and task and name not in HEAVY:
-            lines += [
-                "", f"## Task `{task}`", "", "```text", f"$ mechdae solve {name} --task {task}",
-                str(result).rstrip(), "```",
-            ]  # fmt: skip
+            moves = thumbs.write(result, target / "_live" / small)
+            kinds = [*(["curves"] if task else []), *([] if live else ["diagram"])]
+            lines += _pictures(name, task, result, kinds, target / "problems")
+        lines += _folded("Structure", _printed("show", name))
+        if result is not None and task:
+            shown = f"$ mechdae solve {name} --task {task}\n{str(result).rstrip()}"
+            lines += _folded(f"Numbers of task {task}", ["```text", shown, "```"])
     text = library.find(name).read_text(encoding="utf-8").rstrip()
-    lines += ["", "## Problem file", "", "```toml", text, "```", ""]
-    (folder / f"{name}.md").write_text("\n".join(lines), encoding="utf-8")
-    return name, problem.title or name, _group(problem)
+    lines += [*_folded("Problem file", ["```toml", text, "```"]), ""]
+    (target / f"problems/{name}.md").write_text("\n".join(lines), encoding="utf-8")
+    return _card(problem, "" if result is None else f"../{small}", moves)
 
 
-def _group(problem: Any) -> str:
-    if problem.mechanism.dimension == 3:
-        return "Mechanisms in space"
-    kinds = {task.kind for task in problem.tasks.values()}
-    found = [caption for caption, words in KINDS.items() if kinds & set(words.split())]
-    return found[-1] if found else next(iter(KINDS))
+def _folded(title: str, lines: list[str]) -> list[str]:
+    return ["", f"<details><summary>{escape(title)}</summary>", "", *lines, "", "</details>"]
+
+
+def _card(problem: Any, picture: str, moves: bool) -> cards.Card:
+    tasks = list(dict.fromkeys(task.kind for task in problem.tasks.values()))
+    kinds = [kind for kind, words in KINDS.items() if set(words.split()) & set(tasks)]
+    facets = {
+        "kind": kinds[-1:],
+        "shows": tasks,
+        **cards.facets_of([problem.mechanism]),
+    }
+    title = problem.title or problem.name
+    return cards.Card(f"{problem.name}.html", title, problem.name, picture, moves, facets)
 
 
 def _solved(problem: Any) -> tuple[str, Any]:
-    """Return the first task that is shown, and its result; "" where it is made for the diagram."""
-    for name, task in problem.tasks.items():
-        if task.kind in SHOWN and problem.name in HEAVY:
-            return name, md.solve(problem.mechanism, _start(task))
-        if task.kind in SHOWN:
-            return name, md.solve(problem, name)
+    """Return the task that is shown and its result; "" where it is made for the diagram."""
+    able = [name for name, task in problem.tasks.items() if task.kind in SHOWN]
+    if able:
+        name = max(able, key=lambda name: problem.tasks[name].way)
+        return name, md.solve(problem, name)
     for task in problem.tasks.values():
         if task.kind == "synthesis" and task.driver is not None:
             name = task.driver.coordinate.partition(".")[0]
@@ -116,27 +117,14 @@ def _solved(problem: Any) -> tuple[str, Any]:
     return "", None
 
 
-def _start(task: Any) -> Any:
-    """Return a sweep of the first pose of another one."""
-    drivers = [
-        dataclasses.replace(
-            own, at=(own.from_ if own.at is None else own.at[0],), from_=None, to=None
-        )
-        for own in task.all_drivers
-    ]
-    return md.Sweep(drivers=tuple(drivers))
-
-
-def _pictures(name: str, task: str, result: Any, folder: Path) -> Iterator[str]:
-    """Yield the lines of diagram and curves, which are written beside the page."""
-    words = "Kinematic diagram" if task else "The mechanism with the numbers of its sketch"
-    kinds = [("diagram", words), *([("curves", "Curves")] if task and name not in HEAVY else [])]
-    for kind, alt in kinds:
+def _pictures(name: str, task: str, result: Any, kinds: list[str], folder: Path) -> Iterator[str]:
+    """Yield the lines of the pictures, which are written beside the page."""
+    words = {"curves": f"Curves of task {task}", "diagram": "Kinematic diagram"}
+    for kind in kinds:
         with contextlib.suppress(MechdaeError):
             text = svg_text(md.plot(result, kind))
             (folder / f"{name}-{kind}.svg").write_text(text, encoding="utf-8")
-            yield ""
-            yield f"![{alt}]({name}-{kind}.svg)"
+            yield from ("", f"![{words[kind]}]({name}-{kind}.svg)")
 
 
 def _printed(command: str, name: str) -> list[str]:
@@ -152,17 +140,8 @@ def _live(problem: Any, task: str, live: Path) -> list[str]:
     name = problem.name
     if not task:
         return []
-    head = ["", "## Live page", ""]
-    if name in HEAVY:
-        return [*head, f"`mechdae solve {name}` and `mechdae page {name}` take some seconds."]
     try:
         md.page(problem, task).save(live / f"{name}.html")
     except MechdaeError:
         return []
-    place = f"../live/{name}.html"
-    return [
-        *head,
-        f'<p><a href="{place}">alone in the window</a>, or made by '
-        f"<code>mechdae page {name} --task {task}</code></p>",
-        f'<iframe class="live" loading="lazy" src="{place}" title="live page of {name}"></iframe>',
-    ]
+    return ["", cards.frame(f"../live/{name}.html", problem.title or name)]

@@ -8,6 +8,8 @@ import shutil
 import tomllib
 from pathlib import Path
 
+from website import cards
+
 ROOT = Path(__file__).resolve().parents[2]
 LINK = re.compile(r"(!?)\[((?:[^\]\\]|\\.)*)\]\(([^)\s]+)\)")
 
@@ -22,17 +24,23 @@ GROUPS = {
 FIRST = [
     "README.md",
     "docs/tutorials/tour.md",
-    "docs/how-to/which-task.md",
+    *(
+        f"docs/how-to/{name}.md"
+        for name in (
+            "which-task", "draw", "drivers", "modes", "torque", "dimensions", "solver",
+            "moves-by-itself", "in-space", "exchange", "assignments", "prove",
+        )
+    ),
     "docs/reference/problem-file.md",
     "docs/theory/theory.md",
-]
-"""What comes first in its group; the rest follows by name."""
+]  # fmt: skip
+"""What comes first in its group, in this order; the rest follows by name."""
 
-HISTORY = Path("docs/history")
+HISTORY, GALLERY = Path("docs/history"), Path("docs/reference/gallery.md")
 ORPHAN = "---\norphan: true\n---\n\n"
 """What is linked to and in no contents."""
 
-TITLES = {"README.md": "Tour <README>"}
+TITLES = {"README.md": "First steps <README>"}
 ELSEWHERE = ["CHANGELOG.md", "CONTRIBUTING.md"]
 
 
@@ -51,6 +59,8 @@ def stage(target: Path) -> None:
         place.parent.mkdir(parents=True, exist_ok=True)
         text = LINK.sub(lambda m, page=page: _link(m, page, target), text)
         head = ORPHAN if page.parent == HISTORY else ""
+        if page == GALLERY:
+            text = text.replace("\n## ", f"\n{cards.gallery()}\n## ", 1)
         place.write_text(head + text, encoding="utf-8")
 
 
@@ -77,23 +87,28 @@ def _up(page: Path) -> str:
     return "../" * (len(page.parts) - 1)
 
 
-def contents(target: Path, generated: dict[str, list[str]]) -> None:
-    """Write the first page: what the site holds, with the generated parts by caption."""
+def contents(target: Path, generated: dict[str, list[str]], top: str = "") -> None:
+    """Write the first page: its top, what the site holds, the generated parts by caption."""
     groups: dict[str, list[str]] = {}
     for caption, folders in GROUPS.items():
         full = [
             page for page in pages() if str(page.parent) in [f"docs/{name}" for name in folders]
         ]
         full += [Path("README.md")] if caption == "Tutorials" else []
-        full.sort(key=lambda page: (str(page) not in FIRST, len(page.parts), str(page)))
+        full.sort(key=lambda page: (_rank(str(page)), len(page.parts), str(page)))
         groups[caption] = [*map(str, full), *generated.get(caption, [])]
     groups["Project"] = [*ELSEWHERE]
     text = (Path(__file__).parent / "first.md").read_text(encoding="utf-8")
+    text = text.replace("{top}", top)
     for caption, names in groups.items():
         if names:
             lines = "\n".join(TITLES.get(name, name.rpartition(".")[0]) for name in names)
-            text += f"\n```{{toctree}}\n:caption: {caption}\n:maxdepth: 1\n\n{lines}\n```\n"
+            text += f"\n```{{toctree}}\n:caption: {caption}\n:hidden:\n\n{lines}\n```\n"
     (target / "index.md").write_text(text, encoding="utf-8")
+
+
+def _rank(name: str) -> int:
+    return FIRST.index(name) if name in FIRST else len(FIRST)
 
 
 def redirects(target: Path) -> None:
