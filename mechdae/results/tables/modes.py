@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from mechdae.describe.coordinates import unit_of
 from mechdae.results import Result
 from mechdae.results.tables.facts import facts_text
 from mechdae.results.tables.text import Column, cells, fitted_lines, rows_of
@@ -15,6 +14,8 @@ FAULTS = 4
 
 
 def modes_text(result: Result, width: int) -> list[str]:
+    from mechdae.results.sketch_lines import shown_line
+
     summary = result.summary
     how = "proven" if summary["proven"] else "found, not proven"
     lines = [
@@ -22,7 +23,7 @@ def modes_text(result: Result, width: int) -> list[str]:
     ]
     rows = zip(result.labels or (), summary["sketches"], result.status, strict=True)
     for label, sketch, status in rows:
-        text = "  ".join(_line(result, name, value) for name, value in sketch.items())
+        text = "  ".join(shown_line(result, name, value) for name, value in sketch.items())
         text = text if status == "ok" else f"{status}  {text}"
         lines.append(f"  {','.join(label):8}  {text}"[: max(width, 60) * 3])
     if "homotopy" in summary.get("basis", ""):
@@ -33,18 +34,6 @@ def modes_text(result: Result, width: int) -> list[str]:
     if "free" in summary:
         lines.append(f"  not counted: modes in which {', '.join(summary['free'])} moves by itself")
     return lines
-
-
-def _line(result: Result, name: str, value: list[float] | float) -> str:
-    """Return a line of a sketch, lengths in the unit of the results."""
-    from mechdae.results.sketch_lines import sketch_line
-
-    shown = result.units.of("m")
-    place = isinstance(value, list)
-    if shown.factor == 1 or not (place or unit_of(result.mechanism, name) == "m"):
-        return sketch_line(name, value)
-    scaled = np.multiply(value, shown.factor).tolist()
-    return sketch_line(f"{name}_{shown.name}", scaled)
 
 
 def study_text(result: Result, width: int) -> list[str]:
