@@ -342,7 +342,8 @@ def site(tmp_path_factory: pytest.TempPathFactory, staged: Path) -> Path:
 @pytest.mark.slow
 @pytest.mark.filterwarnings("default::DeprecationWarning", "default::PendingDeprecationWarning")
 def test_the_search_answers_questions_with_one_of_its_first_three_pages(browser, site) -> None:
-    page = browser.new_page()
+    page, asked = browser.new_page(), []
+    page.on("request", lambda request: asked.append(request.url))
     links = "[...document.querySelectorAll('#search-results li > a')].map(a => a.href)"
     done = "document.querySelector('.search-summary')?.innerText.includes('inished')"
     for question, answer in QUESTIONS.items():
@@ -350,4 +351,6 @@ def test_the_search_answers_questions_with_one_of_its_first_three_pages(browser,
         until(page, done)
         found = page.evaluate(links)[:3]
         assert any(f"/docs/{answer}.html" in link for link in found), f"{question}: {found}"
+    page.goto(f"file://{site}/index.html", wait_until="networkidle")
+    assert all(address.startswith(("file:", "data:", "blob:")) for address in asked)
     page.close()
