@@ -23,7 +23,7 @@ GLIDE = 0.25, 0.75
 """Between which shares of the way from one of them to the next a label goes elsewhere."""
 MOVES = 20.0, 0.8
 """What it costs that a label goes to another place: in itself, and for each unit of the way."""
-WIDER = 0.0, 12.0
+WIDER = 0.0, 12.0, 30.0
 """How much farther off a label may be that covers twice `POOR` in the mean of the poses."""
 TAKEN = 400.0
 """Weight of what a label covers of another one."""

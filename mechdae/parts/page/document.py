@@ -252,11 +252,18 @@ def _page(problem: Problem, name: str, lang: str, asked: str | Sequence[str], fi
         data |= {"driver": _driver(result), "status": [str(status) for status in result.status]}
     values = data["driver"]["values"] if data["live"] else range(len(result.status))
     seen, places = result, np.asarray(values, float)
-    if data["live"] and 1 < len(places) < FEW:  # letters find places in poses between
+    driver = getattr(task, "driver", None)
+    if data["live"] and len(places) == 1 and driver is not None:  # the page shows all of its arc
+        driver = replace(driver, at=None, range="assembled")
+        arc = replace(task, driver=driver, poses=FEW)
+        seen = solve(problem.with_task(name, arc), name)
+        places = np.asarray(seen.drivers[driver.coordinate].position)
+    elif data["live"] and 1 < len(places) < FEW:  # letters find places in poses between
         parts = -(-FEW // (len(places) - 1))
         seen = result.finer(parts)
         places = np.interp(np.arange(len(seen.status)) / parts, range(len(places)), places)
     data["scene"], drawing = scenes.drawn(seen, places, lang)
+    drawing["range"] = [float(places.min()), float(places.max())]
     angles = scenes.angles_of(result, data["scene"], drawing)
     data["recorded"] = _recorded(result, FEW if data["live"] else MOST_RECORDED, angles)
     if not data["live"]:

@@ -493,7 +493,7 @@ class App {
     this.address();
     this.look();
     const pose = session.pose;
-    const places = session.places_of(pose), [low, high] = session.range, [begin, end] = data.range;
+    const places = session.places_of(pose), [low, high] = session.range, [begin, end] = this.diagram.drawing.range;
     this.diagram.draw(places, session.angles_of(pose), Math.min(Math.max((session.s - begin) / (end - begin || 1), 0), 1), driven);
     const velocities = {};
     if (this.switches.velocities.checked) {
