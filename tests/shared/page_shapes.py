@@ -14,6 +14,7 @@ from mechdae.draw.diagram.diagram import View, draw_scene, extent
 from mechdae.draw.diagram.scene import read_scene
 from mechdae.draw.sheet import Sheet
 from mechdae.draw.words import Words
+from tests.shared.browser import until
 from tests.shared.drawn import gids, with_gid
 
 UNIT = 0.6
@@ -101,7 +102,10 @@ def compare_primitives(opened, pages, name):
     worst = 0.0
     for pose in (known[len(known) // 7], known[len(known) // 2], known[-len(known) // 5]):
         at = {name: own[pose] for name, own in values.items()}
-        assert browser_page.evaluate(f"mechdae.set({json.dumps(at)})"), pose
+        if page.data["live"]:
+            assert browser_page.evaluate(f"mechdae.set({json.dumps(at)})"), pose
+        else:
+            shown_recorded(browser_page, page, at)
         shapes = browser_page.evaluate(SHAPES)
         view = View(bounds=extent(scene, pose, True, 0))
         first = Sheet(None, *view.bounds[:2])
@@ -128,6 +132,18 @@ def compare_primitives(opened, pages, name):
             assert k in of.values(), place
         worst = max(worst, *(float(off[k, j]) for j, k in of.items()))
     return worst
+
+
+def shown_recorded(browser_page, page, at):
+    """Show the recorded pose with a value of the driver, which has to be there."""
+    ((name, value),) = at.items()
+    rows = np.abs(np.array(page.data["driver"]["values"]) - value)
+    k, last = int(rows.argmin()), len(rows) - 1
+    assert rows[k] == 0.0
+    browser_page.locator("#drive input[type=range]").evaluate(
+        "(own, share) => { own.value = share; own.dispatchEvent(new Event('input')); }", k / last
+    )
+    until(browser_page, f"Math.abs(mechdae.pose().driver['{name}'] - {value}) < 1e-9")
 
 
 def matched(near):

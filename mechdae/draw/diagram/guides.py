@@ -140,7 +140,8 @@ def _clear_side(
         known = scene.assembled()
         poses = known[:: max(len(known) // 12, 1)]
     axis = axis_of(scene, joint, pose)
-    side = guide_side(axis, (ends[0] + ends[1]) / 2, sheet.at(_middle(scene, pose)))
+    middle = np.mean([_middle(scene, k) for k in poses], axis=0)
+    side = guide_side(axis, (ends[0] + ends[1]) / 2, sheet.at(middle))
     bars = [bar for k in poses for bar in _other_bars(sheet, scene, joint.second_body, k)]
 
     def crossed(way: Array) -> int:
