@@ -94,8 +94,10 @@ def same(page, result, k):
 @pytest.mark.parametrize(
     ("steps", "clicks"),
     [(drawn.COUPLER, 12), (drawn.SLIDER_CRANK, 10), (drawn.WATT, 17), (drawn.GEARED, 14),
-     (drawn.TOGGLE, 20), (drawn.SEVEN_LINK, 24), (drawn.TRIAD, 21), (WELDED, 18)],
-    ids=["four-bar", "slider-crank", "Watt", "geared", "toggle", "seven-link", "triad", "welded"],
+     (drawn.RACK, 13), (drawn.BELT, 14), (drawn.TOGGLE, 20), (drawn.SEVEN_LINK, 24),
+     (drawn.TRIAD, 21), (WELDED, 18)],
+    ids=["four-bar", "slider-crank", "Watt", "geared", "rack", "belt", "toggle", "seven-link",
+         "triad", "welded"],
 )  # fmt: skip
 def test_what_is_drawn_is_what_python_solves(drawing, tmp_path, steps, clicks):
     page = drawing()
@@ -317,6 +319,28 @@ def test_lengths_angles_names_and_masses_are_typed(drawing, tmp_path):
     assert mechanism.bodies["crank"].mass == 0.2
     assert mechanism.bodies["crank"].center == (0.02, 0.0)
     assert set(md.solve(md.load(file), "window").status) <= {"ok", "limit"}
+
+
+@in_browser
+def test_a_link_is_copied_with_its_masses(drawing):
+    """Ctrl+D: the same points and masses beside it."""
+    page = drawing()
+    draw(page, drawn.COUPLER)
+    page.locator("[data-tool=select]").click()
+    page.mouse.click(*at(page, 70, 60))
+    typed(page, "mass [kg]", "2.5")
+    page.keyboard.press("Control+d")
+    data = tomllib.loads(page.evaluate("mechdae.toml()"))
+    known = {name.removesuffix("_mm"): value for name, value in data["parameters"].items()}
+    one, two = (data["bodies"][name] for name in ("link2", "link4"))
+    assert two["mass"] == one["mass"] == 2.5
+    places = [
+        [[known.get(v, v) for v in own] for own in link["points"].values()] for link in (one, two)
+    ]
+    assert len(places[0]) == 3
+    assert np.abs(np.subtract(*places)).max() < 0.011  # rounded to a hundredth of a millimetre
+    page.keyboard.press("Control+z")
+    assert "link4" not in page.evaluate("mechdae.toml()")
 
 
 @in_browser

@@ -104,8 +104,20 @@ class Editor {
     if ((event.ctrlKey || event.metaKey) && event.key.toLowerCase() === "z") {
       event.preventDefault();
       this.undo(!event.shiftKey);
+    } else if ((event.ctrlKey || event.metaKey) && event.key.toLowerCase() === "d" && this.selected && this.selected.link) {
+      event.preventDefault();
+      this.duplicate(this.selected.link);
     } else if (event.key === "Escape") this.escape();
     else if (event.key === "Delete" && document.activeElement === this.svg && this.selected) this.removeSelected();
+  }
+
+  /** A copy of a link, which is selected then. */
+  duplicate(link) {
+    this.edit(() => {
+      const frames = this.sketch.copied(link);
+      [[this.selected.link]] = frames;
+      return frames;
+    });
   }
 
   removeSelected() {

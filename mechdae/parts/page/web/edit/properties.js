@@ -61,7 +61,7 @@ export class Properties {
 
   joint(joint) {
     const numbers = Object.keys(OF_JOINTS).filter((key) => joint.drawn && joint[key] !== undefined && !(key === "turn" && joint.kind === "prismatic") && !(key === "ratio" && !joint.places.has("ratio")) && !(key === "radius" && !joint.places.has("radius")));
-    for (const key of numbers) this.kept(`${joint.name}: ${words(`of_${key}`)}`, ["joints", joint.name], key, OF_JOINTS[key], joint[key], true);
+    for (const key of numbers) this.kept(`${joint.name}: ${words(`of_${key}`)}`, ["joints", joint.name], key, joint.kind === "rack" && key === "phase" ? "m" : OF_JOINTS[key], joint[key], true);
   }
 
   load(load) {
@@ -105,7 +105,7 @@ export class Properties {
       sketch.numbers.write({ path: [...at.path, k], suffix: at.suffix }, next);
     })));
     for (const joint of sketch.mechanism.joints) if (bodyOf(joint.first) === name && joint.kind !== "revolute") this.joint(joint);
-    this.acts(["driver", () => editor.edit(() => sketch.lead(`${name}.angle`))], ["delete", () => { editor.edit(() => sketch.removeBody(name)); editor.select(null); }]);
+    this.acts(["driver", () => editor.edit(() => sketch.lead(`${name}.angle`))], ["duplicate", () => editor.duplicate(name)], ["delete", () => { editor.edit(() => sketch.removeBody(name)); editor.select(null); }]);
   }
 
   whole() {
@@ -118,7 +118,7 @@ export class Properties {
       this.heading(sentence("driver_named", driver.name));
       if (driver.path) this.number(words("speed_of"), driver.speed, /\.(slide|x|y)$/.test(driver.name) ? "m/s" : "rad/s", (value) => editor.edit(() => this.sped(driver, value)));
     }
-    for (const joint of mechanism.joints) if (joint.drawn && (joint.kind === "distance" || joint.ratio)) {
+    for (const joint of mechanism.joints) if (joint.drawn && (joint.kind === "distance" || joint.kind === "rack" || joint.ratio)) {
       this.joint(joint);
       this.acts(["delete", () => editor.edit(() => sketch.removeJoint(joint.name))]);
     }

@@ -296,25 +296,47 @@ export class Sketch {
   }
 
   /** A pair of wheels about two nodes; a wheel belongs to the link there that does not carry the pair, else it is a new one. */
-  gear(a, b, ratio = -1) {
-    const bodies = (node) => node.refs.map(bodyOf), shared = bodies(a).filter((own) => bodies(b).includes(own));
+  gear(a, b, kind = "gear") {
+    const ratio = kind === "gear" ? -1 : 1, bodies = (node) => node.refs.map(bodyOf), shared = bodies(a).filter((own) => bodies(b).includes(own));
     const carrier = a.fixed && b.fixed ? "ground" : shared.find((own) => own !== "ground");
     if (!carrier) throw new Refused("no_carrier");
-    const frames = new Map();
-    const wheel = (node) => {
-      const known = bodies(node).find((own) => own !== carrier && own !== "ground" && !this.isBlock(own));
-      if (known) return node.refs.find((own) => bodyOf(own) === known);
-      const name = this.free(frames.size ? "wheel_" : "wheel");
-      this.body(name, `${node.name} = [0, 0]`);
-      this.join(`${name}_pin`, "revolute", node.id, `${name}.${node.name}`);
-      frames.set(name, [node.x, node.y, 0]);
-      return `${name}.${node.name}`;
-    };
-    const [first, second] = [wheel(a), wheel(b)], turn = (reference) => (frames.has(bodyOf(reference)) ? 0 : this.frame(bodyOf(reference))[2]), base = this.frame(carrier)[2];
+    const frames = new Map(), [first, second] = [a, b].map((node) => this.wheel(node, carrier, frames)), turn = (reference) => (frames.has(bodyOf(reference)) ? 0 : this.frame(bodyOf(reference))[2]), base = this.frame(carrier)[2];
     const phase = frames.size ? 0 : turn(first) - base - ratio * (turn(second) - base);
-    for (const [name] of frames) this.toml.set(["sketch", `${name}_deg`], "0");
-    this.join(this.free("gear"), "gear", first, second, `${carrier === "ground" ? "" : `, carrier = "${carrier}"`}, ratio = ${ratio}${phase ? `, phase_deg = ${inDegrees(phase)}` : ""}`);
+    this.join(this.free(kind), kind, first, second, `${carrier === "ground" ? "" : `, carrier = "${carrier}"`}, ratio = ${ratio}${phase ? `, phase_deg = ${inDegrees(phase)}` : ""}`);
     return frames;
+  }
+
+  /** The point of a wheel about a node: of a link that turns there, else of a new body, which goes into `frames`. */
+  wheel(node, carrier, frames) {
+    const known = node.refs.find((own) => ![carrier, "ground"].includes(bodyOf(own)) && !this.isBlock(bodyOf(own)));
+    if (known) return known;
+    const name = this.free(frames.size ? "wheel_" : "wheel");
+    this.body(name, `${node.name} = [0, 0]`);
+    this.join(`${name}_pin`, "revolute", node.id, `${name}.${node.name}`);
+    this.toml.set(["sketch", `${name}_deg`], "0");
+    frames.set(name, [node.x, node.y, 0]);
+    return `${name}.${node.name}`;
+  }
+
+  /** A wheel about a pivot, and a rack on what slides there: as wide as the wheel's centre is away from the slider's line. */
+  rack(a, b) {
+    if (!a.fixed || !b.guide || bodyOf(b.guide.first) !== "ground") throw new Refused("no_rack");
+    const { axis, second } = b.guide, [c, s] = [Math.cos(axis), Math.sin(axis)], [x, y] = [b.x - a.x, b.y - a.y], radius = this.rounded(x * s - y * c);
+    if (!radius) throw new Refused("zero_length");
+    const frames = new Map(), first = this.wheel(a, "ground", frames), angle = frames.size ? 0 : this.frame(bodyOf(first))[2], name = this.free("rack");
+    const turned = axis - this.frame(bodyOf(second))[2], phase = this.rounded(x * c + y * s - radius * angle);
+    this.join(name, "rack", first, second, `, radius = ${this.parameter(`${name}_radius`, radius)}, axis_deg = ${inDegrees(turned)}, phase_mm = ${numeral(1000 * phase)}`);
+    return frames;
+  }
+
+  /** The same link again beside itself, with its masses and without its joints. */
+  copied(body) {
+    const { points } = this.mechanism.byName.get(body), name = this.free("link"), [x, y, angle] = this.frame(body), path = ["bodies", body];
+    const number = (value, word) => (Math.abs(value) < this.step / 2 ? "0" : this.parameter(word, value));
+    this.body(name, [...points].map(([own, [u, v]]) => { const letter = this.letter(); return `${letter} = [${number(u, `${name}_${letter}_x`)}, ${number(v, `${name}_${letter}_y`)}]`; }).join(", "));
+    for (const key of Object.keys(this.toml.get(path))) if (!["points", "number"].includes(key)) this.toml.set(["bodies", name, key], JSON.stringify(this.toml.get([...path, key])));
+    this.toml.set(["sketch", `${name}_deg`], inDegrees(angle));
+    return new Map([[name, [x + 0.1 * this.seen, y - 0.1 * this.seen, angle]]]);
   }
 
   spring(a, b) {

@@ -116,6 +116,8 @@ export const TOOLS = {
   bar: between((sketch, a, b) => sketch.bar(a, b)),
   cylinder: between((sketch, a, b) => sketch.cylinder(a, b)),
   gear: between((sketch, a, b) => sketch.gear(a, b)),
+  belt: between((sketch, a, b) => sketch.gear(a, b, "belt")),
+  rack: between((sketch, a, b) => sketch.rack(a, b)),
   spring: between((sketch, a, b) => sketch.spring(a, b)),
   force: pulled((editor, from, [x, y]) => {
     const node = from.node || (from.link && nodeAt(editor.sketch, from)), long = Math.hypot(x, y);
