@@ -25,7 +25,7 @@ BUDGETS = {
 """Room -> most lines of its modules; some of them import what annotations name."""
 ALONE = 1107
 """Lines of the modules that stand alone: errors, docstrings, records, types, additions."""
-TOTAL = 144_850
+TOTAL = 144_900
 LONGEST = 500
 LONGER = {
     "describe/joints/spatial.py": 520,
