@@ -151,7 +151,7 @@ class MotionProblem:
         real = tuple((name, mesh.kept_by) for name, mesh in self.meshes.items())
         return self.cache(
             ("rubbing", friction, real),
-            lambda: Rubbing(self.model, self.loads, friction, self.meshes),
+            lambda: Rubbing(self.model, self.loads, friction, self.meshes, self.unilateral),
         )
 
     @cached_property

@@ -257,6 +257,8 @@ class Released:
 
     def pressing(self, feedback: Feedback) -> Sym:
         """Return what has to be unique for a feedback, by multipliers of all rows, (k, rows)."""
+        if feedback.contact is not None:
+            return SX(feedback.forms.shape[0], len(self.rows))
         forms = feedback.forms if feedback.needs is None else feedback.needs
         forms = self.moved(SX(forms))
         if self.model.space.behind:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from typing import Any
 
@@ -11,7 +12,17 @@ import pytest
 import mechdae as md
 from mechdae.describe.file.load import from_dict
 from mechdae.errors import InputError, MechanismError
-from tests.shared.bouncing import G, ball, carriage, hits, one_block, two_blocks
+from tests.shared.bouncing import (
+    G,
+    ball,
+    carriage,
+    disc,
+    hits,
+    one_block,
+    two_blocks,
+    wheel_and_rack,
+)
+from tests.shared.paths import ROOT
 
 
 def test_a_ball_bounces_until_it_lies_still() -> None:
@@ -139,25 +150,6 @@ def test_contacts_that_close_at_once_are_not_unique(law: str, after: tuple[float
 # -- gaps of joints ------------------------------------------------------------------------------
 
 
-def wheel_and_rack(**more: Any) -> dict[str, Any]:
-    """A wheel of 0.01 kg m^2 and 0.1 m, and a rack of 2 kg, with a play of 2 mm."""
-    return {
-        "schema": 1,
-        "ground": {"points": {"O": [0, 0]}},
-        "bodies": {
-            "wheel": {"points": {"O": [0, 0]}, "mass": 1, "inertia": 0.01},
-            "rack": {"points": {"P": [0, 0]}, "mass": 2},
-        },
-        "joints": {
-            "O": {"kind": "revolute", "between": ["ground.O", "wheel.O"]},
-            "guide": {"kind": "prismatic", "between": ["ground.O", "rack.P"]},
-            "mesh": {"kind": "rack", "between": ["wheel.O", "rack.P"], "radius": 0.1,
-                     "backlash": 2e-3, "restitution": 0.8},
-        },
-        "tasks": {"m": {"kind": "motion", "clearance": "contact", "until": 0.1, **more}},
-    }  # fmt: skip
-
-
 def test_a_rack_is_hit_by_one_flank_after_the_other() -> None:
     """Half the play at 1 m/s, then all of it at a speed that falls by e each time."""
     data = wheel_and_rack(start_speed={"wheel": 10.0, "guide": 0.0})
@@ -208,20 +200,6 @@ def test_gears_cross_their_backlash(key: str) -> None:
     assert result.checks["energy"] <= 1e-12
 
 
-def disc(e: float, speed: float, until: float) -> dict[str, Any]:
-    """A disc on a pin in a bush of the ground with a clearance of 1 mm, its centre off by half."""
-    return {
-        "schema": 1,
-        "ground": {"points": {"O": [0, 0]}},
-        "bodies": {"disc": {"points": {"P": [0, 0]}, "mass": 3, "inertia": 0.02}},
-        "joints": {"A": {"kind": "revolute", "between": ["ground.O", "disc.P"],
-                         "clearance": 1e-3, "restitution": e}},
-        "tasks": {"m": {"kind": "motion", "clearance": "contact", "until": until,
-                        "tolerance": 1e-12, "start": {"disc.P.x": 5e-4, "disc.P.y": 0.0},
-                        "start_speed": {"disc.P.x": 0.0, "disc.P.y": speed}}},
-    }  # fmt: skip
-
-
 @pytest.mark.parametrize("e", [1.0, 0.7])
 def test_a_pin_flies_along_chords_of_its_bush(e: float) -> None:
     """Chords 2 c cos: the speed along the bush stays, that across it falls by e each time."""
@@ -241,6 +219,53 @@ def test_a_pin_flies_along_chords_of_its_bush(e: float) -> None:
         force = result.joints["A"].contact_force[result.time > contact["at"]]
         assert force == pytest.approx(np.full(len(force), 3 * along**2 / c), rel=1e-7)
         assert np.linalg.norm(result.joints["A"].reaction[-1, :2]) == pytest.approx(force[-1])
+
+
+def spinning_disc(spin: float, mu: float, law: str, **more: Any) -> dict[str, Any]:
+    """The disc flies head-on against its pin of 20 mm, and spins."""
+    data = disc(0.5, 0.2, 4e-3)
+    data["joints"]["A"] |= {"friction": mu, "pin_radius": 0.02}
+    data["tasks"]["m"] |= {
+        "impact": law, "start": {"disc.P.x": 0.0, "disc.P.y": 0.0},
+        "start_speed": {"disc.P.x": 0.5, "disc.P.y": 0.0, "disc.angle": spin}, **more,
+    }  # fmt: skip
+    return data
+
+
+@pytest.mark.parametrize("law", ["newton", "poisson"])
+@pytest.mark.parametrize("spin", [5.0, 40.0, -40.0])
+def test_a_spinning_disc_sticks_or_slides_in_an_impact(law: str, spin: float) -> None:
+    """Impulses (1 + e) m v, and mu of it or what stops the surface, r + c from the centre."""
+    m, inertia, mu, e, v, r = 3.0, 0.02, 0.2, 0.5, 0.5, 0.021
+    result = md.solve(from_dict(spinning_disc(spin, mu, law, until=3e-3)), "m")
+    (impact,) = [event for event in result.events if event["kind"] == "impact"]
+    assert impact["at"] == pytest.approx(1e-3 / v, abs=1e-12)
+    most = mu * (1 + e) * m * v
+    stops = abs(spin) * r / (1 / m + r * r / inertia)
+    push = min(most, stops)
+    assert (push < most) == (abs(spin) == 5.0)
+    assert impact["rebound"] == pytest.approx(e * v, rel=1e-9)
+    turned = result.bodies["disc"].angular_velocity[-1]
+    assert abs(turned) == pytest.approx(abs(spin) - push * r / inertia, rel=1e-9)
+    assert abs(result.points["disc.P"].velocity[-1, 1]) == pytest.approx(push / m, rel=1e-9)
+    assert result.checks["energy"] <= 1e-11
+
+
+def test_a_contact_that_lasts_rubs() -> None:
+    """A spinning disc hangs on its pin: friction is mu of the contact's force while it slides."""
+    data = spinning_disc(30.0, 0.2, "newton", until=1.0)
+    data["gravity"] = [0, -G]
+    data["tasks"]["m"]["start_speed"] = {"disc.angle": 30.0}
+    result = md.solve(from_dict(data), "m")
+    joint = result.joints["A"]
+    (kept, *_) = [event["at"] for event in result.events if event["kind"] == "contact"]
+    held = (result.time > kept) & (np.abs(result.bodies["disc"].angular_velocity) > 1.0)
+    normal = joint.contact_force[held]
+    assert held.sum() > 5
+    size = np.linalg.norm(joint.reaction[held, :2], axis=1)
+    assert size == pytest.approx(normal * math.sqrt(1 + 0.2**2), rel=1e-6)
+    assert result.work["friction.A"][-1] < 0
+    assert result.checks["energy"] <= 1e-7
 
 
 def slider_crank(**more: Any) -> dict[str, Any]:
@@ -338,3 +363,16 @@ def test_redundant_equations_are_refused() -> None:
     with pytest.raises(MechanismError, match="redundant") as caught:
         md.solve(from_dict(data), "m")
     assert "joints.floor.restitution" in str(caught.value)
+
+
+def test_figures_of_the_evidence_are_those_measured() -> None:
+    """Of `python -m tests.scripts.contacts`."""
+    figures = json.loads((ROOT / "docs/data/contacts.json").read_text(encoding="utf-8"))
+    blocks = [figures[name] for name in ("one block", "two blocks")]
+    assert sum(figure["motions"] for figure in blocks) == 200
+    assert all(figure["time"] <= 1e-9 for figure in blocks)
+    assert all(figure["energy"] <= 1e-10 for figure in figures.values())
+    text = (ROOT / "docs/theory/evidence/motion.md").read_text(encoding="utf-8")
+    for figure in blocks:
+        assert f"{figure['impacts']} impacts" in text
+        assert f"| {figure['time']:.0e} s; {figure['energy']:.0e} |" in text

@@ -10,13 +10,13 @@ PACKAGE = ROOT / "mechdae"
 BUDGETS = {
     "describe": 13_550,  # rare kinds in modules of their own, which most problems do not import
     "numerics": 4_600,
-    "equations": 7_660,  # what is left out of a scene: rollers, second machines, plane and space
+    "equations": 7_680,  # what is left out of a scene: rollers, second machines, plane and space
     "results": 3_640,
     "draw": 20_120,  # graphs of motions; texts are measured without matplotlib
     "kernels": 7_500,
     "motion": 23_390,  # poses of several drivers at the speed of one
     "forces": 4_770,
-    "dynamics": 8_840,
+    "dynamics": 8_950,
     "design": 15_850,
     "tasks": 2_400,
     "cli": 1_720,
@@ -25,7 +25,7 @@ BUDGETS = {
 """Room -> most lines of its modules; some of them import what annotations name."""
 ALONE = 1107
 """Lines of the modules that stand alone: errors, docstrings, records, types, additions."""
-TOTAL = 144_900
+TOTAL = 145_000
 LONGEST = 500
 LONGER = {
     "describe/joints/spatial.py": 520,

@@ -55,6 +55,39 @@ def carriage(
     }
 
 
+def wheel_and_rack(**more: Any) -> dict[str, Any]:
+    """A wheel of 0.01 kg m^2 and 0.1 m, and a rack of 2 kg, with a play of 2 mm."""
+    return {
+        "schema": 1,
+        "ground": {"points": {"O": [0, 0]}},
+        "bodies": {
+            "wheel": {"points": {"O": [0, 0]}, "mass": 1, "inertia": 0.01},
+            "rack": {"points": {"P": [0, 0]}, "mass": 2},
+        },
+        "joints": {
+            "O": {"kind": "revolute", "between": ["ground.O", "wheel.O"]},
+            "guide": {"kind": "prismatic", "between": ["ground.O", "rack.P"]},
+            "mesh": {"kind": "rack", "between": ["wheel.O", "rack.P"], "radius": 0.1,
+                     "backlash": 2e-3, "restitution": 0.8},
+        },
+        "tasks": {"m": {"kind": "motion", "clearance": "contact", "until": 0.1, **more}},
+    }  # fmt: skip
+
+
+def disc(e: float, speed: float, until: float) -> dict[str, Any]:
+    """A disc on a pin in a bush of the ground with a clearance of 1 mm, its centre off by half."""
+    return {
+        "schema": 1,
+        "ground": {"points": {"O": [0, 0]}},
+        "bodies": {"disc": {"points": {"P": [0, 0]}, "mass": 3, "inertia": 0.02}},
+        "joints": {"A": {"kind": "revolute", "between": ["ground.O", "disc.P"],
+                         "clearance": 1e-3, "restitution": e}},
+        "tasks": {"m": {"kind": "motion", "clearance": "contact", "until": until,
+                        "tolerance": 1e-12, "start": {"disc.P.x": 5e-4, "disc.P.y": 0.0},
+                        "start_speed": {"disc.P.x": 0.0, "disc.P.y": speed}}},
+    }  # fmt: skip
+
+
 def _landing(x: float, v: float, a: float, low: float, high: float) -> tuple[float, float, float]:
     """Return when x + v t + a t^2/2 comes to a stop first, which, and the speed there."""
     found = []

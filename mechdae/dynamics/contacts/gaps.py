@@ -15,6 +15,7 @@ from mechdae.equations.forces.feedback import Unilateral
 from mechdae.equations.forces.generalised import times
 from mechdae.equations.gradients import gradients
 from mechdae.equations.model import Model
+from mechdae.equations.space import left
 from mechdae.errors import MechanismError
 from mechdae.types import Sym
 
@@ -81,7 +82,12 @@ def inside(model: Model) -> list[Unilateral]:
         if joint.hinge:
             c = model.numbers[f"{name}.clearance"]
             gap = (c - ca.sumsqr(model.ends[name].gap) / c) / 2
-            found.append(Unilateral(name, gap, "m", gradients(gap, model.q)[0], BUSH))
+            column, normal = gradients(gap, model.q)[0], -model.ends[name].gap / c
+            place = model.ends[name].p1
+            if f"{name}.pin_radius" in model.numbers:  # the first body carries the pin
+                place = place + model.numbers[f"{name}.pin_radius"] * normal
+            more = {"axis": left(normal), "place": place}
+            found.append(Unilateral(name, gap, "m", column, BUSH, **more))
             continue
         half, unit = _half(model, joint), "rad" if joint.wheels == 2 else "m"
         forms = {"": rows["mesh"] if joint.meshes else rows["n"]}

@@ -18,7 +18,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from mechdae.types import Floats, Matrix
+from mechdae.types import Booleans, Floats, Integers, Matrix
 
 ROUNDING = 1e-12
 """Share of the largest impulse or speed up to which one is none."""
@@ -96,3 +96,73 @@ def unique(G: Matrix, before: Floats, e: Floats, after: Floats) -> bool:
     """Return whether single impacts in any order lead to the same speeds as all at once."""
     room = APART * float(np.abs(before).max(initial=0.0))
     return all(bool((np.abs(speeds - after) <= room).all()) for speeds in orders(G, before, e))
+
+
+class RubbingImpacts:
+    """Impacts of contacts that rub: Coulomb's law of impulses, without a tangential rebound.
+
+    All ways are tried, each contact open or closed, sticking or sliding to either side.
+
+    Parameters
+    ----------
+    G
+        Of the normals (n,), then of the tangents of the contacts that rub.
+    rubs
+        Places of these contacts among the n.
+    mu
+        Their coefficients.
+    """
+
+    def __init__(self, G: Matrix, rubs: Integers, mu: Floats) -> None:
+        self.G, self.rubs, self.mu = G, rubs, mu
+        self.n = len(G) - len(rubs)
+
+    def newton(self, before: Floats, e: Floats) -> list[Floats]:
+        """Return the impulses of all ways that fit, by Newton's hypothesis."""
+        return self._ways(before, e * np.minimum(before[: self.n], 0.0), np.zeros(self.n))
+
+    def poisson(self, before: Floats, e: Floats) -> list[Floats]:
+        """Return the same by Poisson's hypothesis, of the first compression that fits."""
+        none = np.zeros(self.n)
+        for compression in self._ways(before, none, none)[:1]:
+            given_back = e * compression[: self.n]
+            middle = before + self.G @ compression
+            return [compression + more for more in self._ways(middle, none, given_back)]
+        return []
+
+    def _ways(self, before: Floats, wanted: Floats, given: Floats) -> list[Floats]:
+        """Return impulses p with u' + wanted >= 0 complementary to p - given >= 0."""
+        found: list[Floats] = []
+        sides = itertools.product((0.0, 1.0, -1.0), repeat=len(self.rubs))
+        for way, closed in itertools.product(sides, itertools.product((1, 0), repeat=self.n)):
+            p = self._impulses(before, wanted, given, np.array(way), np.array(closed, bool))
+            if p is not None and not any(self._same(p, other) for other in found):
+                found.append(p)
+        return found
+
+    def _same(self, p: Floats, other: Floats) -> bool:
+        u, v = self.G @ p, self.G @ other
+        return bool((np.abs(u - v) <= APART * np.abs(u).max(initial=0.0)).all())
+
+    def _impulses(
+        self, before: Floats, wanted: Floats, given: Floats, way: Floats, closed: Booleans
+    ) -> Floats | None:
+        """Return the impulses of one way, None where it does not fit."""
+        n, size = self.n, len(self.G)
+        A, b = np.eye(size), np.concatenate([given, np.zeros(size - n)])
+        A[:n][closed] = self.G[:n][closed]
+        b[:n][closed] = -(before[:n] + wanted)[closed]
+        for j, (k, side) in enumerate(zip(self.rubs.tolist(), way.tolist(), strict=True), n):
+            if side:
+                A[j, k] = side * self.mu[j - n]
+            else:
+                A[j], b[j] = self.G[j], -before[j]
+        p = np.linalg.lstsq(A, b, rcond=None)[0]
+        after = before + self.G @ p
+        if np.abs(A @ p - b).max(initial=0.0) > APART * np.abs(b).max(initial=0.0):
+            return None
+        push, speed = (ROUNDING * np.abs(part).max(initial=0.0) for part in (p, before))
+        limit = self.mu * p[self.rubs]
+        fits = (p[:n] >= given - push).all() and (after[:n] + wanted >= -speed).all()
+        fits &= (np.abs(p[n:]) <= limit + push).all() and (way * after[n:] >= -speed).all()
+        return p if fits else None

@@ -15,9 +15,9 @@ import casadi as ca
 import numpy as np
 
 from mechdae.dynamics.contacts.gaps import BUSH
-from mechdae.dynamics.contacts.impacts import LAWS, unique
+from mechdae.dynamics.contacts.impacts import LAWS, RubbingImpacts, unique
 from mechdae.dynamics.equations import DRIVERS, IMPACTS, MotionProblem
-from mechdae.dynamics.integrate import ContactEvent, Cut, Integrator, Nodes
+from mechdae.dynamics.integrate import ContactEvent, Cut, Integrator, Nodes, NoWay
 from mechdae.dynamics.observe import States
 from mechdae.dynamics.watchers.zeros import Looker, Sign, Values, changes
 from mechdae.errors import InputError, MechanismError
@@ -61,6 +61,7 @@ class Touching:
         self.count = setup.released.rubbing.count
         values = setup.model.mechanism.values()
         self.e = np.array([values[f"{c.owner}.restitution"] for c in self.contacts])
+        self.friction = [values.get(f"{c.owner}.friction", 0.0) for c in self.contacts]
         self.sizes = np.array([1.0 if c.unit == "rad" else setup.length for c in self.contacts])
         self.owners = list(dict.fromkeys(c.owner for c in self.contacts))
         self.turns = self.shift = np.zeros(len(self.contacts))
@@ -252,7 +253,7 @@ class Touching:
         v = hit.struck(self.e[touching])
         low = dict[int, float]()
         for _ in range(len(touching) + 1):
-            speeds = dict(zip(touching.tolist(), hit.after, strict=True))
+            speeds = dict(zip(touching.tolist(), hit.after[: hit.n], strict=True))
             resting = {i for i in touching.tolist() if speeds[i] <= self._still(i)}
             self._close(t, x, v, sorted(resting), released)
             rates = self.forces(t, x, v, self.setup.renewed(signs))[0][0]
@@ -400,28 +401,46 @@ class _Hit:
         setup, k = touching.setup, touching.kernel
         M, _, J, _ = k.value("parts", t, x, v, setup.loose)
         C, _, speeds = k.value("locking", t, x, v, setup.loose)
-        rows = touching.count + which
+        owners = setup.released.rubbing.owners
+        feedbacks = setup.released.rubbing.feedbacks
+        slip_of = {f.contact: k for k, f in zip(owners, feedbacks, strict=True) if k is not None}
+        self.n, self.rubs = len(which), np.flatnonzero([i in slip_of for i in which.tolist()])
+        tangents = [slip_of[i] for i in which[self.rubs].tolist()]
+        rows = np.concatenate([touching.count + which, np.array(tangents, int)])
         Z = setup.freedoms(J) * k.sizes[:, None]
-        self.C = C[rows] @ Z
-        self.steps: Matrix = Z @ np.linalg.solve(Z.T @ M @ Z, self.C.T) if Z.size else Z @ self.C.T
+        ahead = C[rows] @ Z
+        self.steps: Matrix = Z @ np.linalg.solve(Z.T @ M @ Z, ahead.T) if Z.size else Z @ ahead.T
         self.G: Matrix = C[rows] @ self.steps
         self.before: Floats = speeds.ravel()[rows]
-        self.after, self.impulses = self.before, np.zeros(len(which))
+        self.after, self.impulses = self.before, np.zeros(len(rows))
         self.unique = True
 
     def struck(self, e: Floats) -> Floats:
         """Return the rates of x behind the impact for restitutions (touching,)."""
-        if not (self.before < 0).any():
+        n, law = self.n, self.owner.law
+        normal, before = self.G[:n, :n], self.before[:n]
+        if not (before < 0).any():
             return self.v
-        self.impulses = LAWS[self.owner.law](self.G, self.before, e)
+        self.impulses = LAWS[law](normal, before, e)
+        self.unique = unique(normal, before, e, before + normal @ self.impulses)
+        if len(self.rubs):
+            which = self.touching[self.rubs].tolist()
+            mu = np.array([self.owner.friction[i] for i in which])
+            ways = getattr(RubbingImpacts(self.G, self.rubs, mu), law)(self.before, e)
+            if not ways:
+                names = list(dict.fromkeys(self.owner.contacts[i].owner for i in which))
+                raise NoWay(f"no impact of {', '.join(names)} fits Coulomb's law", joints=names)
+            self.impulses, self.unique = ways[0], self.unique and len(ways) == 1
         self.after = self.before + self.G @ self.impulses
-        self.unique = unique(self.G, self.before, e, self.after)
         return self.v + self.steps @ self.impulses
 
     @property
     def works(self) -> Floats:
-        """What impacts do to the energy, by contact."""
-        return self.impulses * (self.before + self.after) / 2
+        """What impacts do to the energy, by contact (touching,)."""
+        every: Floats = self.impulses * (self.before + self.after) / 2
+        found = every[: self.n].copy()
+        found[self.rubs] += every[self.n :]
+        return found
 
     @property
     def gained(self) -> float:

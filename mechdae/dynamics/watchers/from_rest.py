@@ -155,7 +155,9 @@ class WaysFromRest(Slips):
             fixed = set(together)
         elif turn is not None and turn.slip not in self.glides.first:
             rest.add(turn.slip)
-        return sides, rest, fixed
+        apart = self.apart
+        sides[apart] = IDLE
+        return sides, rest - set(apart), fixed - set(apart)
 
     def _soon(
         self, t: float, x: Unknowns, v: Floats, sides: Floats, rest: list[int], chosen: Floats

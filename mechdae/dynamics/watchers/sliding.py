@@ -202,6 +202,14 @@ class Slips:
         for first, second in setup.released.rubbing.sides:
             self._other |= {first: second, second: first}
 
+    @property
+    def apart(self) -> list[int]:
+        """The slips of contacts that are open."""
+        rubbing, closed = self.setup.released.rubbing, self.setup.closed
+        pairs = zip(rubbing.owners, rubbing.feedbacks, strict=True)
+        contacts = [(k, f.contact) for k, f in pairs if k is not None and f.contact is not None]
+        return [k for k, contact in contacts if not closed[contact]]
+
     # -- values --------------------------------------------------------------------------------
 
     @cached_property

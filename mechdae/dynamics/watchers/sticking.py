@@ -210,7 +210,10 @@ class Sticking(WaysFromRest):
         found: list[tuple[int, str]] = []
         still = self.glides.still(sides)
         first = {k: unit[0] for unit in sharing for k in unit}
+        apart = self.apart
         for k, side in enumerate(sides.tolist()):
+            if k in apart:
+                continue
             if k in self.glides.first:
                 if self.glides.first[k] != k:
                     continue

@@ -11,11 +11,11 @@ gradient of the equation that holds the wheels together is one more force with a
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import casadi as ca
 
-from mechdae.equations.forces.feedback import Feedback, Slip
+from mechdae.equations.forces.feedback import Feedback, Slip, Unilateral
 from mechdae.equations.forces.friction import Laws
 from mechdae.equations.forces.generalised import MeshForces, Wrench, add, times
 from mechdae.equations.forces.loads import Loads
@@ -37,6 +37,8 @@ class Rubbing:
         Whether joints rub.
     meshes
         Gears, racks and belts by joint, whose bearing forces count.
+    unilateral
+        Contacts that may rub.
 
     Attributes
     ----------
@@ -59,6 +61,7 @@ class Rubbing:
         loads: Loads,
         friction: bool,
         meshes: Mapping[str, MeshForces] | None = None,
+        unilateral: Sequence[Unilateral] = (),
     ) -> None:
         self.model: Model = model
         self.meshes: dict[str, MeshForces] = dict(meshes or {})
@@ -71,6 +74,8 @@ class Rubbing:
             if name in model.in_gaps:
                 continue
             self.feedbacks += laws.of(name)
+        for k, contact in enumerate(unilateral):
+            self.feedbacks += laws.of_contact(k, contact)
         if not model.space.behind:  # in space all follows from the forces of teeth themselves
             self.feedbacks += [self._bearings(name) for name in self.meshes if self._real(name)]
         self.slips: list[Slip] = [*loads.slips, *laws.slips]

@@ -48,7 +48,8 @@ class Unilateral:
 
     The gap is not negative. ``column`` is its gradient, what a unit of the contact's force does;
     ``end`` tells the contacts of one joint apart, ``sign`` whether it pushes along what the joint
-    measures. Its velocity may be held at zero like that of a slip.
+    measures. Its velocity may be held at zero like that of a slip. With friction it slides along
+    ``axis`` at ``place``.
     """
 
     owner: str
@@ -57,6 +58,8 @@ class Unilateral:
     column: Wrench
     end: str
     sign: float = 1.0
+    axis: Sym | None = None
+    place: Sym | None = None
 
 
 @dataclass(frozen=True)
@@ -87,6 +90,8 @@ class Feedback:
         ``forms``.
     slip
         The speed whose sign the force has; None for a force that is no friction.
+    contact
+        The unilateral contact whose force the forms are over, in place of the joint's multipliers.
     """
 
     joint: str
@@ -99,6 +104,7 @@ class Feedback:
     falling: Sym | None = None
     slip: Slip | None = None
     needs: Any = None
+    contact: int | None = None
 
     def idle(self, p: Sym, values: Floats) -> bool:
         """Return whether it is nothing for these numbers: a coefficient or a radius of zero."""

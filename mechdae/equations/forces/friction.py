@@ -11,10 +11,11 @@ in a guide that tilts); sliding pins after the same book.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 
 import casadi as ca
 
-from mechdae.equations.forces.feedback import Feedback, Slip
+from mechdae.equations.forces.feedback import Feedback, Slip, Unilateral
 from mechdae.equations.forces.generalised import MeshForces, Wrench, couples, pair, spin, velocity
 from mechdae.equations.forces.spatial_friction import spatial_law
 from mechdae.equations.joints import Ends
@@ -75,6 +76,14 @@ class Laws:
         if self.friction and law is not None and self._rubs(name):
             return law(self, self.model.ends[name])
         return []
+
+    def of_contact(self, k: int, contact: Unilateral) -> list[Feedback]:
+        """Return the friction of a unilateral contact, by its place among them."""
+        ends = self.model.ends[contact.owner]
+        if contact.axis is None or not self.friction or not self._rubs(contact.owner):
+            return []
+        forms = ca.vertcat(SX(-1), SX(0))  # the force that holds it is minus its own
+        return [replace(self._along(ends, forms, contact.axis, contact.place), contact=k)]
 
     def _given(self, name: str, entry: str) -> bool:
         number = self.model.numbers.get(f"{name}.{entry}")

@@ -18,7 +18,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from mechdae.equations.forces.feedback import ACROSS
+from mechdae.equations.forces.feedback import ACROSS, Feedback
 from mechdae.equations.motion_equations import Released
 from mechdae.equations.structure_cache import StructureCache, forget, structure_property
 from mechdae.kernels.graphs.friction_sizes import first_sizes, miss_of, sizes_by_newton
@@ -280,10 +280,17 @@ class Kernel:
             ]
         else:
             forms = [
-                r.moved(SX(feedback.forms)) @ every[r.own(feedback)]
+                r.moved(SX(feedback.forms)) @ self._forces_of(feedback, every, held)
                 for feedback in r.rubbing.feedbacks
             ]
         return self.function("forms", [ca.vertcat(*forms)], [push, applied, inner, acts, sizes])
+
+    def _forces_of(self, feedback: Feedback, every: Sym, held: Sym) -> Sym:
+        """Return what the forms of a feedback are over, in the plane."""
+        r = self.released
+        if feedback.contact is None:
+            return every[r.own(feedback)]
+        return held[r.rubbing.count + feedback.contact]
 
     @property
     def places(self) -> list[slice]:
