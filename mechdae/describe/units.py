@@ -6,6 +6,7 @@ SI inside, these outside.
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import field
 from fractions import Fraction
@@ -31,6 +32,8 @@ NAMED = {
 }
 """Units that have a name of their own."""
 NONE: Powers = (Fraction(0),) * len(BASES)
+LENGTH = re.compile(r"(?<![\w.])(-?\d+\.?\d*(?:e[+-]?\d+)?) m(?![\w/])")
+"""A length in metres within a message."""
 LENGTHS = ("m", "m/s", "m/s2", "m/s3")
 FORCES = ("N", "N or N m")
 MOMENTS = ("N m", "N or N m")
@@ -247,6 +250,16 @@ class Units:
     def read(self, si: str) -> ShownUnit:
         """Return what a unit in SI is shown in to readers: angles in degrees without a wish."""
         return DEGREES if si == "rad" and "rad" not in self.by_si else self.of(si)
+
+    def in_text(self, text: str) -> str:
+        """Return a message whose lengths in metres are in these units.
+
+        One that asks whether metres are meant stays.
+        """
+        shown = self.of("m")
+        if shown.factor == 1 or "in metres" in text:
+            return text
+        return LENGTH.sub(lambda m: f"{float(m[1]) * shown.factor:.6g} {shown.name}", text)
 
     def __reduce__(self) -> tuple[object, ...]:
         return units_of, (self.asked, self.written)

@@ -7,9 +7,9 @@ from dataclasses import replace
 
 from mechdae.describe.file.load import Source, chosen
 from mechdae.describe.tasks.kinds import Task
-from mechdae.describe.units import SI, Units
+from mechdae.describe.units import SI, Units, units_of
 from mechdae.describe.values import Number
-from mechdae.errors import InputError, MechdaeError
+from mechdae.errors import InputError, MechdaeError, SolveError
 from mechdae.records import public
 from mechdae.results import Result
 from mechdae.tasks.dispatch.solve import KINDS, run
@@ -82,7 +82,13 @@ def solve(
     options = {"workers": workers, "progress": progress} if _spreads(meant) else {}
     if wanted is not meant:
         whole = whole.with_task(name, wanted)
-    return run(whole, name, **options).in_units(units)
+    try:
+        return run(whole, name, **options).in_units(units)
+    except SolveError as error:
+        asked = units.asked if isinstance(units, Units) else units
+        shown = units_of(asked, whole.mechanism.units)
+        error.what, error.hint = shown.in_text(error.what), shown.in_text(error.hint)
+        raise
 
 
 def _spreads(task: Task) -> bool:

@@ -252,3 +252,28 @@ def test_equations_on_paper_close_in_other_units(lang: str) -> None:
     assert {unit for _, unit in forces} == {{"en": "lbf", "ru": "фунт-сила"}[lang]}
     for (size, _), (newtons, _) in zip(forces, sizes, strict=True):
         assert float(size) == pytest.approx(float(newtons) / POUND_FORCE, rel=2e-4)
+
+
+def test_messages_have_the_lengths_of_the_file(tmp_path, capsys) -> None:
+    path = tmp_path / "clamp.toml"
+    path.write_text(md.new("toggle-clamp").replace("to_mm = 161.5", "to_mm = 400", 1))
+    assert main(["solve", str(path), "--task", "close"]) == 1
+    said = capsys.readouterr().err
+    assert "limit position at cyl.slide = 281.555 mm" in said  # the hypotenuse of hx, hy and a
+    assert main(["solve", str(path), "--task", "close", "--units", "m"]) == 1
+    assert "limit position at cyl.slide = 0.281555 m" in capsys.readouterr().err
+    far = {"b_mm": 5}
+    with pytest.raises(md.SolveError, match=r"stays open by [\d.]+ mm"):
+        md.solve("toggle-clamp", "close", set=far)
+
+
+@pytest.mark.parametrize(
+    ("text", "shown"),
+    [
+        ("at least 0.0597367 m, or 1e-05 m", "at least 59.7367 mm, or 0.01 mm"),
+        ("moment 3 N m, speed 2 m/s, point2 m", "moment 3 N m, speed 2 m/s, point2 m"),
+        ("35 m apart: is that in metres?", "35 m apart: is that in metres?"),
+    ],
+)
+def test_lengths_in_messages(text: str, shown: str) -> None:
+    assert units_of("mm").in_text(text) == shown

@@ -89,9 +89,9 @@ def run(options: argparse.Namespace) -> int:
         for note in result.summary.get("notes", []):
             if any(note.split(" is in")[0] in known for known in problem.notes):
                 continue  # said of the file already
-            message(f"mechdae: task {name}: note: {note}", options.quiet)
+            message(f"mechdae: task {name}: note: {result.units.in_text(note)}", options.quiet)
         if result.fault:
-            message(f"mechdae: task {name}: {result.fault}", False)
+            message(f"mechdae: task {name}: {result.units.in_text(result.fault)}", False)
             code = 1
     if options.json:
         from mechdae.tasks.export import json_text
