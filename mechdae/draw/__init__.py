@@ -17,9 +17,11 @@ from mechdae.describe.units import SI, Units
 from mechdae.describe.values import Number
 from mechdae.draw.catalogue import (
     PICTURES,
+    Drawing,
     check_dimension,
     check_suits,
     checked,
+    drawing_of,
     kind_and_task,
     picture_of,
     usual_kind,
@@ -122,25 +124,24 @@ def _pictured(
     paper: tuple[str | float | None, int | None, bool],
 ) -> Any:  # fmt: skip
     """Return a picture with settings that suit it, on new paper where no axes are given."""
-    picture, (width, dpi, title) = picture_of(kind), paper
-    module = importlib.import_module(picture.module)
+    draw, (width, dpi, title) = drawing_of(kind), paper
     figure = importlib.import_module("mechdae.draw.figure")
     on = figure.print_format(width, dpi, title)
     if kind == "animation":
         if width is not None or not title:
             raise InputError("an animation has its width in pixels, and a title", hint="dpi")
-        return module.draw(result, ax, **settings, **({} if dpi is None else {"dpi": dpi}))
+        return draw(result, ax, **settings, **({} if dpi is None else {"dpi": dpi}))
     if ax is not None and (width, dpi) != (None, None):
         raise InputError("axes have a figure of their own: width and dpi are those of a new one")
     with figure.printed(on):
-        return _drawn(result, kind, ax, module, settings)
+        return _drawn(result, kind, ax, draw, settings)
 
 
-def _drawn(result: Result, kind: str, ax: Axes | None, module: ModuleType, given: Json) -> Any:
+def _drawn(result: Result, kind: str, ax: Axes | None, draw: Drawing, given: Json) -> Any:
     """Return a still picture, one more variant where axes hold such pictures."""
     picture = picture_of(kind)
     if ax is None:
-        drawn = module.draw(result, ax, **given)
+        drawn = draw(result, ax, **given)
         if picture.shared:
             _variants().remember(drawn, kind, result, given, None)
         return drawn
@@ -149,7 +150,7 @@ def _drawn(result: Result, kind: str, ax: Axes | None, module: ModuleType, given
     if shared is not None:
         return variants.add(ax, shared, result, given)
     before = variants.before(ax)
-    drawn = module.draw(result, ax, **given)
+    drawn = draw(result, ax, **given)
     variants.remember(ax, kind, result, given, before)
     return drawn
 

@@ -6,6 +6,7 @@ module with ``draw(result, ax, **options)``.
 
 from __future__ import annotations
 
+import importlib
 import tomllib
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -21,6 +22,8 @@ if TYPE_CHECKING:
     from mechdae.types import Json
 
 T = TypeVar("T")
+Drawing = Callable[..., Any]
+"""Of a result, axes and options."""
 DOCUMENTS: Registry[Callable[[Any], int]] = Registry("documents", {})
 """Kinds that are no pictures on axes: what writes one for the options of ``mechdae plot``."""
 
@@ -32,7 +35,7 @@ class Picture:
     Parameters
     ----------
     module
-        Its ``draw(result, ax, **options)`` makes the picture.
+        Its ``draw(result, ax, **options)`` makes the picture, or the function behind a colon.
     about
         What it shows.
     of
@@ -136,6 +139,13 @@ def picture_of(kind: str) -> Picture:
         known = [*PICTURES, *DOCUMENTS]
         raise UnknownName("kind of picture", str(kind), known, listed=known)
     return PICTURES[kind]
+
+
+def drawing_of(kind: str) -> Drawing:
+    """Return the function that draws a kind of picture."""
+    module, _, name = picture_of(kind).module.partition(":")
+    drawing: Drawing = getattr(importlib.import_module(module), name or "draw")
+    return drawing
 
 
 def kinds_of(holds: str) -> list[str]:

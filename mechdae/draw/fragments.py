@@ -32,7 +32,7 @@ from mechdae.draw.labels.steady import AnchorFrame, SteadyLabels, chosen_labels,
 from mechdae.draw.poses import Seen, seen
 from mechdae.draw.primitives import PAPER, Anchor, Array, Primitive, path_of
 from mechdae.draw.sheet import Sheet, arc
-from mechdae.draw.space.depth import Item
+from mechdae.draw.space.solids import Item
 from mechdae.draw.space.spatial_drawing import (
     SpatialFrame,
     SpatialView,
@@ -249,7 +249,7 @@ def place_of(scene: DrawnScene, point: str, pose: int) -> Array:
     if joint.wheels == 1:
         return rack_span(scene, joint, pose)[which]
     axis = scene.direction(joint.first_body, scene.numbers[f"{name}.axis"], pose)
-    ends = travel(scene, joint, pose, extent(scene, pose, False, 0)[2])
+    ends = travel(scene, joint, pose, extent(scene, pose, False)[2])
     return scene.place(joint.first, pose) + ends[which] * axis
 
 
@@ -411,8 +411,8 @@ def _steady(scene: SpatialScene, result: SweepResult, gid: str, poses: Sequence[
 def _solids(items: list[Item], pose: SpatialPose) -> Iterator[Json]:
     """Yield what is drawn of items: ``at`` the places, ``turn`` what it turns with, ``shapes``.
 
-    A shape is a kind (`mechdae.draw.space.depth.Facet`), a paint, a size and the ways of its places
-    from those ``at``, in units; of ``round`` ones by middle, pole and rim.
+    A shape is a kind (`mechdae.draw.space.solids.Facet`), a paint, a size and the ways of its
+    places from those ``at``, in units; of ``round`` ones by middle, pole and rim.
     """
     for item in items:
         anchor = item.anchor

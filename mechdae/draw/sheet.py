@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypedDict, Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -32,6 +32,16 @@ GAP = 3.0
 
 MILLIMETRE = 72 / 25.4
 """Points (1/72 in) per millimetre."""
+
+
+class LineLook(TypedDict, total=False):
+    """How a line or a border is drawn: in ink, of the width of symbols, in their rank."""
+
+    color: str
+    width: float
+    z: float
+    dash: Dash | None
+    gid: str | None
 
 
 class Sheet:
@@ -153,71 +163,39 @@ class Sheet:
         return np.asarray(position, dtype=float) / self.metre + self.corner
 
     def line(
-        self,
-        points: ArrayLike,
-        *,
-        color: str = style.INK,
-        width: float = style.LINE,
-        z: float = style.Z_MARK,
-        dash: Dash | None = None,
-        gid: str | None = None,
-        weight: float = style.SOLID,
+        self, points: ArrayLike, *, weight: float = style.SOLID, **look: Unpack[LineLook]
     ) -> None:
         """Draw an open line; labels keep off it as strongly as `weight` says."""
         places = np.asarray(points, dtype=float)
-        self._add("line", places, z, gid, color=color, width=width, dash=dash)
+        self._add("line", places, **look)
         self.keep(places, weight)
 
     def strokes(
-        self,
-        starts: ArrayLike,
-        ends: ArrayLike,
-        *,
-        color: str = style.INK,
-        width: float = style.LINE,
-        z: float = style.Z_MARK,
-        gid: str | None = None,
-        weight: float = 0.0,
+        self, starts: ArrayLike, ends: ArrayLike, *, weight: float = 0.0, **look: Unpack[LineLook]
     ) -> None:
         """Draw straight lines of one kind as one; labels may cover them without a `weight`."""
         places = np.stack([np.asarray(starts, dtype=float), np.asarray(ends, dtype=float)], axis=1)
-        self._add("strokes", places.reshape(-1, 2), z, gid, color=color, width=width)
+        self._add("strokes", places.reshape(-1, 2), **look)
         if weight > 0:
             self.segments += [(*a, *b, weight) for a, b in places.tolist()]
 
     def area(
-        self,
-        points: ArrayLike,
-        *,
-        fill: str = style.PAPER,
-        edge: str = style.INK,
-        width: float = style.LINE,
-        z: float = style.Z_MARK,
-        gid: str | None = None,
-        weight: float = style.SOLID,
-    ) -> None:
+        self, points: ArrayLike, *, fill: str = style.PAPER, edge: str = style.INK,
+        weight: float = style.SOLID, **look: Unpack[LineLook],
+    ) -> None:  # fmt: skip
         """Draw a filled polygon."""
         places = np.asarray(points, dtype=float)
-        self._add("area", places, z, gid, color=edge, fill=fill, width=width)
+        self._add("area", places, **{"color": edge, "fill": fill, **look})
         self.keep(np.vstack([places, places[:1]]), weight)
 
     def circle(
-        self,
-        center: ArrayLike,
-        radius: float,
-        *,
-        fill: str = "none",
-        edge: str = style.INK,
-        width: float = style.LINE,
-        z: float = style.Z_MARK,
-        dash: Dash | None = None,
-        gid: str | None = None,
-        weight: float = style.SOLID,
-    ) -> None:
+        self, center: ArrayLike, radius: float, *, fill: str = "none", edge: str = style.INK,
+        weight: float = style.SOLID, **look: Unpack[LineLook],
+    ) -> None:  # fmt: skip
         """Draw a circle; a filled one keeps labels off its whole area."""
         middle = np.asarray(center, dtype=float)
-        look = {"color": edge, "fill": fill, "width": width, "dash": dash, "radius": radius}
-        self._add("circle", middle[None], z, gid, **look)
+        more = {"color": edge, "fill": fill, "radius": radius, **look}
+        self._add("circle", middle[None], **more)
         if fill == "none":
             self.keep(arc(middle, radius, 0.0, 2 * np.pi, 48), weight)
         else:
@@ -240,15 +218,17 @@ class Sheet:
         start = np.asarray(center, dtype=float) - (low + high) / 2
         for part, chosen, step, name in parts_of(text, font, index or "", gid):
             look = {"color": color, "text": part, "font": chosen, "short": index is not None}
-            self._add("text", (start + step)[None], style.Z_LABEL, name, **look)
+            self._add("text", (start + step)[None], z=style.Z_LABEL, gid=name, width=0.0, **look)
 
     def write(self, start: ArrayLike, text: str, font: Font, color: str, gid: str) -> None:
         """Write a line of text that starts at a place."""
         place = np.asarray(start, dtype=float)[None]
-        self._add("text", place, style.Z_LABEL, gid, color=color, text=text, font=font)
+        look = {"color": color, "text": text, "font": font, "width": 0.0}
+        self._add("text", place, z=style.Z_LABEL, gid=gid, **look)
 
-    def _add(self, kind: str, points: Array, z: float, gid: str | None, **look: Any) -> None:
-        primitive = Primitive(kind, points, z, gid, self.anchor, **look)
+    def _add(self, kind: str, points: Array, **look: Any) -> None:
+        usual = {"z": style.Z_MARK, "gid": None, "width": style.LINE}
+        primitive = Primitive(kind, points, anchor=self.anchor, **{**usual, **look})
         self.drawn.append(primitive)
         if self.paper is not None:
             from mechdae.draw.artists import artist_of

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.tri import Triangulation
 
-from mechdae.draw.diagram.shapes import within
+from mechdae.draw.diagram.places import within
 from mechdae.types import Integers, Points
 
 

@@ -16,13 +16,12 @@ from mechdae.describe.dimensions import parameter_units
 from mechdae.describe.units import Units
 from mechdae.draw import style
 from mechdae.draw.catalogue import PICTURES
-from mechdae.draw.diagram.diagram import View, draw_pose, extent, has_paths
-from mechdae.draw.diagram.scene import choose_pose, read_scene
+from mechdae.draw.diagram.diagram import View, has_paths
 from mechdae.draw.graphs import coupler, curves
 from mechdae.draw.graphs.scale import number, scale_of
-from mechdae.draw.smooth import traced
+from mechdae.draw.poses import seen
 from mechdae.draw.words import Words
-from mechdae.errors import InputError
+from mechdae.errors import InputError, UnavailableError
 from mechdae.records import dataclass
 from mechdae.types import Json
 
@@ -167,17 +166,15 @@ def _amount(name: str, value: float, unit: str, units: Units) -> str:
 
 def _diagrams(ax: Axes, entries: Sequence[tuple[Any, dict[str, Any]]], names: list[str]) -> None:
     """Draw the diagrams of variants to one scale; letters and loads are those of the first."""
-    rows = []
+    rows, every = [], []
     for result, options in entries:
-        scene = read_scene(result)
-        pose = choose_pose(scene, getattr(result, "kind", ""), options.get("pose"))
-        traces = options.get("traces", True) and has_paths(result, scene)
-        scene = traced(scene, result, read_scene) if traces else scene
-        ghosts = options.get("ghosts", 0)
-        rows.append((result, scene, pose, traces, ghosts, options))
-    every = [
-        extent(scene, pose, traces, bool(ghosts)) for _, scene, pose, traces, ghosts, _ in rows
-    ]
+        if result.mechanism.dimension == 3:
+            raise UnavailableError("spatial mechanisms do not share axes", where="ax")
+        shown = seen(result, options.get("pose"))
+        traces = options.get("traces", True) and has_paths(result, shown.scene)
+        shown = shown.with_paths() if traces else shown
+        rows.append((shown, traces, options))
+        every.append(shown.bounds([shown.pose], traces or bool(options.get("ghosts", 0))))
     low = np.min([own[0] for own in every], axis=0)
     high = np.max([own[1] for own in every], axis=0)
     bounds = (low, high, max(own[2] for own in every))
@@ -186,12 +183,12 @@ def _diagrams(ax: Axes, entries: Sequence[tuple[Any, dict[str, Any]]], names: li
     base = style.DARK if first.get("dark") else style.LIGHT
     drawn: list[Sheet] = []
     for k in reversed(range(len(rows))):
-        result, scene, pose, traces, ghosts, options = rows[k]
+        shown, traces, options = rows[k]
         color = style.color_of(k)
         theme = style.Theme({**base.colours, **dict.fromkeys(style.VARIED, color)})
         view = View(
             traces,
-            ghosts,
+            options.get("ghosts", 0),
             k == 0 and options.get("labels", True),
             k == 0 and options.get("loads", True),
             bounds,
@@ -201,7 +198,7 @@ def _diagrams(ax: Axes, entries: Sequence[tuple[Any, dict[str, Any]]], names: li
             paper=base,
             legend=() if k else tuple((name, style.color_of(n)) for n, name in enumerate(names)),
         )
-        drawn.append(draw_pose(ax, scene, result, pose, view, theme, words))
+        drawn.append(shown.draw(ax, view, theme, words))
 
 
 __all__ = ["add", "on_axes", "remember", "variant_names"]

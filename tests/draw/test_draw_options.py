@@ -12,7 +12,8 @@ import pytest
 import mechdae as md
 from mechdae.cli.commands import plot as command
 from mechdae.describe.file import library
-from mechdae.draw.catalogue import ON_PAPER, OPTIONS, PICTURES, names_of
+from mechdae.draw.animation import animate
+from mechdae.draw.catalogue import ON_PAPER, OPTIONS, PICTURES, drawing_of, names_of
 from mechdae.draw.graphs.map import Plane
 from mechdae.tasks.dispatch.solve import KINDS
 from tests.shared.command import run
@@ -28,8 +29,7 @@ outputs = ["summary/stroke/guide"]
 
 def drawing(kind: str):
     """Return the function whose keywords are the options of a kind."""
-    module = importlib.import_module(PICTURES[kind].module)
-    return getattr(module, "animate", module.draw)
+    return animate if kind == "animation" else drawing_of(kind)
 
 
 @pytest.mark.parametrize("kind", PICTURES)

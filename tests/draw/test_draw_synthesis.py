@@ -16,7 +16,7 @@ from mechdae.design.synthesis import verify
 from mechdae.design.synthesis.synthesize import synthesize
 from mechdae.draw import plot, save
 from mechdae.draw.catalogue import kinds_of
-from mechdae.draw.designs import census, design, targets
+from mechdae.draw.designs import design, starts, targets
 from mechdae.draw.designs.drawn_design import sense_of
 from mechdae.draw.style import SERIES
 from mechdae.draw.words import Words, table
@@ -164,7 +164,7 @@ def test_solutions_with_defects_say_so() -> None:
     assert f"rejected: {result.data['designs'][len(sound)]['defects'][0]}" in words_of(axes)
     found = gids(md.plot(result, "compare"))
     assert sum(str(gid).startswith("path-") for gid in found) == len(sound)
-    rows = census.rows_of(result, Words())
+    rows = starts.rows_of(result, Words())
     assert [row.what for row in rows].count("design") == len(sound)
     assert rows[len(sound)].what == "rejected"
     none = replace(result, data={"designs": result.data["designs"][len(sound) :]})
@@ -331,7 +331,7 @@ def test_decades_have_a_logarithmic_axis() -> None:
 def test_bars_add_up_to_the_starts() -> None:
     for name in ("c5-ellipse10-free", "rocker-50-1-15", "c1-infeasible"):
         result = solved(name)
-        rows = census.rows_of(result, Words())
+        rows = starts.rows_of(result, Words())
         assert sum(row.hits for row in rows) == result.summary["starts"]
         axes = md.plot(result, "census")
         bars = [own for gid, own in gids(axes).items() if gid.split("-")[0] in
@@ -349,7 +349,7 @@ def test_rejected_optima_are_hatched_with_their_reason() -> None:
         "rejected": [{"objective": lost["objective"], "reasons": ["it $leaves$ its box", "more"]}],
     }
     changed = replace(result, summary=summary, data={"designs": [kept]})
-    rows = census.rows_of(changed, Words())
+    rows = starts.rows_of(changed, Words())
     assert [row.what for row in rows] == ["design", "rejected", "failed"]
     assert rows[1].hits == lost["hits"]
     axes = md.plot(changed, "census")
@@ -369,7 +369,7 @@ def test_rejected_optima_of_much_the_same_value_count_once() -> None:
     ]
     rejected = [{"objective": v, "reasons": ["it jams"]} for v in (0.799999, 0.79999)]
     summary = {**result.summary, "runs": runs, "starts": 5, "rejected": rejected}
-    rows = census.rows_of(replace(result, summary=summary, data={"designs": []}), Words())
+    rows = starts.rows_of(replace(result, summary=summary, data={"designs": []}), Words())
     assert [(row.what, row.hits) for row in rows] == [
         ("rejected", 3),
         ("rejected", 1),
@@ -384,8 +384,8 @@ def test_many_optima_are_counted_in_one_row() -> None:
         for k in range(1, 31)
     ]
     changed = replace(result, summary={**result.summary, "runs": runs, "starts": 30})
-    rows = census.rows_of(changed, Words())
-    assert len(rows) == census.MOST
+    rows = starts.rows_of(changed, Words())
+    assert len(rows) == starts.MOST
     assert rows[-1].text == "17 more optima"
 
 
@@ -534,7 +534,7 @@ def test_the_command_draws_designs(quick, capsys, tmp_path: Path) -> None:
 def test_the_command_without_designs_draws_the_census(quick, capsys, tmp_path: Path) -> None:
     words = ["plot", "c1-infeasible", "--task", "design", "--out", str(tmp_path)]
     code, said, err = run(capsys, *words)
-    assert (code, Path(said.strip()).name) == (1, "c1-infeasible-design-census.svg")
+    assert (code, Path(said.strip()).name) == (1, "c1-infeasible-design-starts.svg")
     assert "no design exists" in err
     code, said, err = run(capsys, *words, "--kind", "design")
     assert (code, said) == (2, "")

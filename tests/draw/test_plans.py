@@ -14,11 +14,10 @@ import mechdae as md
 from mechdae.describe.file import library
 from mechdae.draw import save
 from mechdae.draw.diagram.scene import read_scene
+from mechdae.draw.plans.board import CLOSED, round_up
 from mechdae.draw.plans.forces import force_plans
-from mechdae.draw.plans.friction import pins_of
-from mechdae.draw.plans.lever import lever
+from mechdae.draw.plans.lever import lever, pins_of
 from mechdae.draw.plans.relations import motion_plan
-from mechdae.draw.plans.vectors import CLOSED, round_up
 from mechdae.results import Named, Series
 from tests.shared.predefined import predefined
 

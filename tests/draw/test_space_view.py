@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from mechdae.draw.space import solids
-from mechdae.draw.space.depth import STEP, Item, crossings, depth_order, gaps, nearer, seen
+from mechdae.draw.space.solids import STEP, Item, crossings, depth_order, gaps, nearer, seen
 from mechdae.draw.space.spatial_pose import edges_of, faces_of
 from mechdae.draw.space.viewpoint import Viewpoint, Wireframe, best_view
 from mechdae.results.rotations import matrices

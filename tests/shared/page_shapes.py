@@ -107,7 +107,7 @@ def compare_primitives(opened, pages, name):
         else:
             shown_recorded(browser_page, page, at)
         shapes = browser_page.evaluate(SHAPES)
-        view = View(bounds=extent(scene, pose, True, 0))
+        view = View(bounds=extent(scene, pose, True))
         first = Sheet(None, *view.bounds[:2])
         draw_scene(first, scene, result, pose, view, Words())
         sheet = placed(shapes, first)

@@ -24,6 +24,7 @@ from mechdae.describe.tasks.goals import (
 )
 from mechdae.describe.tasks.synthesis import Demand, demand, listed_goals
 from mechdae.draw import style
+from mechdae.draw.diagram.driver import values_of
 from mechdae.draw.diagram.scene import Array, read_scene
 from mechdae.draw.figure import new_axes
 from mechdae.draw.graphs.frame import Entry, Panels
@@ -171,16 +172,9 @@ class DrawnDesign:
 
     def series(self, poses: Result, text: str) -> Array:
         """Return the values of a coordinate."""
-        c = coordinate(self.problem.mechanism, text)
-        values: Any
-        if c.kind == "body angle":
-            values = poses.bodies[c.part].angle
-        elif c.kind == "point":
-            values = poses.points[f"{c.part}.{c.point}"].position[:, c.axis]
-        else:
-            word = c.text.rpartition(".")[2]
-            values = poses.joints[c.part][word]
-        return np.asarray(values, float)
+        values = values_of(poses, coordinate(self.problem.mechanism, text))
+        assert values is not None
+        return values
 
     @property
     def defects(self) -> list[str]:

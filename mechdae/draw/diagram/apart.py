@@ -162,7 +162,7 @@ def _piece(
         links[body] = Body(body, there, number=numbers[body])
     part = _part(whole, links, joints)
     alone = replace(scene, mechanism=part, way=None)
-    bounds = extent(alone, pose, False, False)
+    bounds = extent(alone, pose, False)
     return DrawnGroup(name, about, alone, frozenset(held), tuple(outer), bounds)
 
 

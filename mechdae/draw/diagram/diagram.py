@@ -20,9 +20,17 @@ from mechdae.draw.diagram.driver import draw_drivers, driven_bodies, drivers_of,
 from mechdae.draw.diagram.guides import draw_guides, travel
 from mechdae.draw.diagram.heads import draw_frame, outside_of, write_heads, write_legend
 from mechdae.draw.diagram.loads import Mark, draw_loads, load_points
-from mechdae.draw.diagram.places import JoinedScene, Place, free_points, places_of
+from mechdae.draw.diagram.places import (
+    JoinedScene,
+    Place,
+    draw_body,
+    draw_bridges,
+    draw_ghost,
+    free_points,
+    places_of,
+    shape_of,
+)
 from mechdae.draw.diagram.scene import SHORT, Array, DrawnScene, named_pose
-from mechdae.draw.diagram.shapes import draw_body, draw_bridges, draw_ghost, shape_of
 from mechdae.draw.diagram.wheels import circles, draw_wheels, rack_span
 from mechdae.draw.labels.labels import Links, write_all, writings
 from mechdae.draw.sheet import Sheet, margins_of
@@ -145,7 +153,7 @@ def draw_pose(
     words: Words,
 ) -> Sheet:
     """Draw one pose of a result whose placements are known, see `draw`; return its sheet."""
-    low, high, _ = view.bounds or extent(scene, pose, view.traces, bool(view.ghosts))
+    low, high, _ = view.bounds or extent(scene, pose, view.traces)
     sheet = Sheet(axes, low, high, view.scale, theme, view.memory, view.larger, view.margins)
     check_closes(sheet, scene, result, pose, words)
     for behind in view.behind:
@@ -184,7 +192,7 @@ def draw_scene(
     sheet: Sheet, scene: DrawnScene, result: Result, pose: int, view: View, words: Words
 ) -> tuple[list[Place], Links, list[Mark]]:
     """Draw one pose without labels; return its joint places, links and loads."""
-    size = (view.bounds or extent(scene, pose, view.traces, bool(view.ghosts)))[2]
+    size = (view.bounds or extent(scene, pose, view.traces))[2]
     places = places_of(scene, pose)
     drivers = drivers_of(scene, result) if view.drivers is None else [*view.drivers]
     held = held_drivers(result, drivers)
@@ -215,7 +223,7 @@ def larger_for(scene: DrawnScene, pose: int, low: Array, high: Array) -> tuple[f
     return width, height
 
 
-def extent(scene: DrawnScene, pose: int, traces: bool, ghosts: int) -> tuple[Array, Array, float]:
+def extent(scene: DrawnScene, pose: int, paths: bool) -> tuple[Array, Array, float]:
     """Return the corners of what is to be in the picture, and the size of the mechanism."""
     points = [
         scene.place(f"{name}.{point}", pose)
@@ -249,7 +257,7 @@ def extent(scene: DrawnScene, pose: int, traces: bool, ghosts: int) -> tuple[Arr
             now = float(scene.slide(joint)[pose])
             ends = np.array(travel(scene, joint, pose, size)) - now
             more.append(scene.place(joint.second, pose) + np.outer(ends, axis))
-    if traces or ghosts:
+    if paths:
         more += scene.paths.values()
     everything = np.vstack(more)
     everything = everything[np.isfinite(everything).all(axis=1)]
@@ -260,10 +268,10 @@ def extent(scene: DrawnScene, pose: int, traces: bool, ghosts: int) -> tuple[Arr
 
 
 def common_extent(
-    scene: DrawnScene, poses: Sequence[int], traces: bool
+    scene: DrawnScene, poses: Sequence[int], paths: bool
 ) -> tuple[Array, Array, float]:
     """Return the corners of what is in the pictures of several poses, and their largest size."""
-    low, high, size = zip(*(extent(scene, pose, traces, 0) for pose in poses), strict=True)
+    low, high, size = zip(*(extent(scene, pose, paths) for pose in poses), strict=True)
     return np.min(low, axis=0), np.max(high, axis=0), max(size)
 
 

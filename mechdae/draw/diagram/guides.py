@@ -8,8 +8,8 @@ from mechdae.describe.joints.joint import Joint
 from mechdae.describe.mechanism import GROUND
 from mechdae.draw import style
 from mechdae.draw.diagram import symbols
+from mechdae.draw.diagram.places import edges, shape_of
 from mechdae.draw.diagram.scene import Array, DrawnScene
-from mechdae.draw.diagram.shapes import edges, shape_of
 from mechdae.draw.sheet import Sheet, normal, unit
 
 MOUTH, PISTON = 0.85, 0.75

@@ -21,9 +21,8 @@ from mechdae.draw import style
 from mechdae.draw.diagram import symbols
 from mechdae.draw.diagram.amounts import KnownScene, acts, load_values, sense
 from mechdae.draw.diagram.driver import blocked, held_by, pivot_and_arm, travel_of, turn_arrow
-from mechdae.draw.diagram.places import JoinedScene, Place
+from mechdae.draw.diagram.places import JoinedScene, Place, hull, within
 from mechdae.draw.diagram.scene import Array, DrawnScene, turned
-from mechdae.draw.diagram.shapes import hull, within
 from mechdae.draw.primitives import Anchor
 from mechdae.draw.sheet import Sheet, arc, normal, unit
 from mechdae.draw.words import Words

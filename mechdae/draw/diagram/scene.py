@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from functools import cached_property
 from math import cos, sin
 from typing import TYPE_CHECKING
@@ -158,10 +159,6 @@ class DrawnScene:
         """
         if self.way is not None:
             return self.way.paths
-        known = self.assembled()
-        result: dict[str, Array] = {}
-        if len(known) < 2:
-            return result
         guided = [
             joint.second
             for joint in self.mechanism.joints.values()
@@ -173,23 +170,7 @@ class DrawnScene:
             for name in self.mechanism.bodies
             for point in (self.mechanism.body(name).points if name in self.origins else ())
         ]
-        if not own:
-            return result
-        # paths are compared where it costs little first
-        every = np.array([self.track(key)[known] for key in [*guided, *own]])
-        few = every[:, [0, len(known) // 3, -1]].reshape(len(every), -1)
-        spread = np.ptp(every, axis=1).max(axis=1)
-        least, seen = 1e-9 * float(spread.max()), list(range(len(guided)))
-        for k, key in enumerate(own, len(guided)):
-            same = 1e-6 * spread[k]
-            alike = np.flatnonzero((np.abs(few[seen] - few[k]) <= same).all(axis=1))
-            if spread[k] > least and not any(
-                bool((np.abs(every[seen[j]] - every[k]) <= same).all()) for j in alike.tolist()
-            ):
-                seen.append(k)
-                result[key] = np.full((len(self.status), 2), np.nan)
-                result[key][known] = every[k]
-        return result
+        return distinct_paths(self.track, guided, own, self.assembled(), len(self.status))
 
     def series(self, entry: NamedCoordinate) -> Array:
         """Return a coordinate in all poses, (n,); nan where it is not known."""
@@ -211,6 +192,34 @@ class DrawnScene:
         axis = self.angles[joint.first_body] + self.numbers[f"{joint.name}.axis"]
         offset = self.track(joint.second) - self.track(joint.first)
         return offset[:, 0] * np.cos(axis) + offset[:, 1] * np.sin(axis)
+
+
+def distinct_paths(
+    track: Callable[[str], Array], guided: Sequence[str], points: Sequence[str],
+    known: Sequence[int], count: int,
+) -> dict[str, Array]:  # fmt: skip
+    """Return the paths of points that move, nan where they are not known, equal ones once.
+
+    ``track`` gives the places of a point in ``count`` poses; paths of ``guided`` ones are left out.
+    """
+    result: dict[str, Array] = {}
+    if len(known) < 2 or not points:
+        return result
+    # paths are compared where it costs little first
+    every = np.array([track(key)[known] for key in [*guided, *points]])
+    few = every[:, [0, len(known) // 3, -1]].reshape(len(every), -1)
+    spread = np.ptp(every, axis=1).max(axis=1)
+    least, seen = 1e-9 * float(spread.max()), list(range(len(guided)))
+    for k, key in enumerate(points, len(guided)):
+        same = 1e-6 * spread[k]
+        alike = np.flatnonzero((np.abs(few[seen] - few[k]) <= same).all(axis=1))
+        if spread[k] > least and not any(
+            bool((np.abs(every[seen[j]] - every[k]) <= same).all()) for j in alike.tolist()
+        ):
+            seen.append(k)
+            result[key] = np.full((count, every.shape[-1]), np.nan)
+            result[key][known] = every[k]
+    return result
 
 
 def turned(angle: Array, vector: Array) -> Array:
@@ -239,14 +248,7 @@ def read_scene(result: Result) -> DrawnScene:
     if not status:
         raise InputError("the result holds no pose to draw")
     n = len(status)
-    scene = DrawnScene(
-        mechanism,
-        mechanism.values(),
-        {GROUND: np.zeros(n)},
-        {GROUND: np.zeros((n, 2))},
-        status,
-    )
-    angles, origins = dict(scene.angles), dict(scene.origins)
+    angles, origins = {GROUND: np.zeros(n)}, {GROUND: np.zeros((n, 2))}
     for body in mechanism.bodies:
         if body in result.bodies:
             angles[body] = np.asarray(result.bodies[body].angle, dtype=float)
@@ -258,19 +260,15 @@ def read_scene(result: Result) -> DrawnScene:
         reference: np.asarray(entry.position, dtype=float)
         for reference, entry in result.points.items()
     }
-    scene = DrawnScene(mechanism, scene.numbers, angles, origins, status)
+    scene = DrawnScene(
+        mechanism, mechanism.values(), angles, origins, status,
+        frozenset(_cylinders(mechanism, driver_names(result))),
+        frozenset(gap["joint"] for gap in open_of(result)),
+        turn=driven_turn(result),
+    )  # fmt: skip
     while _complete(scene, angles, origins, known):
         pass
-    return DrawnScene(
-        mechanism,
-        scene.numbers,
-        {body: angles[body] for body in origins},
-        origins,
-        status,
-        frozenset(_cylinders(mechanism, driver_names(result))),
-        frozenset(own["joint"] for own in open_of(result)),
-        turn=driven_turn(result),
-    )
+    return replace(scene, angles={body: angles[body] for body in origins})
 
 
 def open_of(result: Result) -> list[Json]:

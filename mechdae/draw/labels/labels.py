@@ -11,14 +11,16 @@ from mechdae.draw import style
 from mechdae.draw.diagram.loads import Mark
 from mechdae.draw.diagram.places import (
     JoinedScene,
+    Piece,
     Place,
     free_points,
+    inside,
     letters_of,
     numbers_of,
+    within,
     written,
 )
 from mechdae.draw.diagram.scene import Array, DrawnScene
-from mechdae.draw.diagram.shapes import Piece, inside, within
 from mechdae.draw.fonts import Font, font, ink, plain
 from mechdae.draw.labels import layout
 from mechdae.draw.labels.layout import feet_of

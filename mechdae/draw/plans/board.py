@@ -1,18 +1,21 @@
-"""Drawing a plan: arrows to a round scale, letters at their ends, the scale below."""
+"""Plans as data, and as drawn: arrows to a round scale, letters at their ends, the scale below."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.axes import Axes
 
 from mechdae.draw import style
+from mechdae.draw.diagram.scene import Array
 from mechdae.draw.fonts import font, ink
 from mechdae.draw.labels import layout
-from mechdae.draw.plans.vectors import Arrow, End, Plan, round_up
-from mechdae.draw.primitives import Array
 from mechdae.draw.sheet import MILLIMETRE, Sheet, normal, unit
+from mechdae.records import dataclass
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 COLORS = {
     "total": style.INK,
@@ -219,3 +222,107 @@ def heading(sheet: Sheet, text: str, gid: str) -> None:
     spot = np.array([4.0 + width / 2, float(sheet.size[1]) - 10.0])
     sheet.text(spot, text, chosen, style.FAINT, gid)
     sheet.box((0.0, spot[1] - 8.0), (width + 8.0, sheet.size[1]))
+
+
+STEPS = (1, 1.5, 2, 2.5, 4, 5)
+"""Scales of plans."""
+CLOSED = 1e-9
+"""Share of its size by which a plan may stay open before the picture says so."""
+
+
+@dataclass(frozen=True)
+class Arrow:
+    """A vector of a plan, in the unit of the plan.
+
+    Parameters
+    ----------
+    gid
+        Its identifier in the SVG.
+    kind
+        total, relative, normal, tangential, coriolis, sliding, reaction, load, weight,
+        inertia or inner.
+    start, end
+        From the pole.
+    text
+        Its name in mathtext, without the dollar signs; empty where letters say enough.
+    """
+
+    gid: str
+    kind: str
+    start: Array
+    end: Array
+    text: str = ""
+
+    @property
+    def length(self) -> float:
+        return float(np.hypot(*(self.end - self.start)))
+
+
+@dataclass(frozen=True)
+class End:
+    """A lettered place of a plan; ``text`` is mathtext without the dollar signs."""
+
+    gid: str
+    text: str
+    place: Array
+
+
+@dataclass(frozen=True)
+class Plan:
+    """A vector polygon or several that share a pole.
+
+    Parameters
+    ----------
+    word
+        velocity, acceleration, or force and the number of the group.
+    title
+        What stands above it.
+    symbol, unit
+        Of the scale.
+    sides
+        Lines between ends of one body: the image of the link.
+    relations
+        By Assur group: the vector equations drawn, in mathtext.
+    gap
+        Largest distance between the end of a chain and the place where it belongs.
+    note
+        Why there is nothing to draw.
+    """
+
+    word: str
+    title: str
+    symbol: str
+    unit: str
+    arrows: tuple[Arrow, ...] = ()
+    ends: tuple[End, ...] = ()
+    sides: tuple[tuple[Array, Array], ...] = ()
+    relations: tuple[tuple[str, tuple[str, ...]], ...] = ()
+    gap: float = 0.0
+    note: str = ""
+
+    @property
+    def size(self) -> float:
+        """Length of the longest vector."""
+        return max((arrow.length for arrow in self.arrows), default=0.0)
+
+    @property
+    def corners(self) -> Array:
+        """Starts and ends of all arrows, the pole before them."""
+        return np.array(
+            [np.zeros(2), *(p for arrow in self.arrows for p in (arrow.start, arrow.end))]
+        )
+
+    @property
+    def closed(self) -> bool:
+        return self.gap <= CLOSED * self.size
+
+
+def round_up(number: float) -> float:
+    """Return the least of `STEPS` times a power of ten that is not below the number."""
+    power = int(np.floor(np.log10(number)))
+    for exponent in (power - 1, power, power + 1):
+        for step in STEPS:
+            candidate = float(f"{step}e{exponent}")
+            if candidate >= number * (1 - 1e-12):
+                return candidate
+    raise ArithmeticError(f"no round number above {number}")  # pragma: no cover

@@ -19,9 +19,9 @@ from mechdae.describe.loads import Force, Resistance, Spring, TableLoad, Torque
 from mechdae.describe.mechanism import GROUND, Mechanism
 from mechdae.draw.diagram.places import numbers_of
 from mechdae.draw.diagram.scene import Array, DrawnScene
+from mechdae.draw.plans.board import Arrow, Plan
 from mechdae.draw.plans.rates import Rates
 from mechdae.draw.plans.relations import STILL, groups_of
-from mechdae.draw.plans.vectors import Arrow, Plan
 from mechdae.draw.sheet import normal
 from mechdae.results.kinds import ReactionsResult
 

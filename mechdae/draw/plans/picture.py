@@ -16,12 +16,17 @@ from mechdae.draw.diagram.heads import write_heads
 from mechdae.draw.diagram.scene import DrawnScene, choose_pose, read_scene
 from mechdae.draw.figure import Drawing, current_format, new_axes
 from mechdae.draw.fonts import font, ink
-from mechdae.draw.plans.board import draw_plan, heading, scale_text
+from mechdae.draw.plans.board import Plan, draw_plan, heading, round_up, scale_text
 from mechdae.draw.plans.forces import force_plans
-from mechdae.draw.plans.friction import draw_lines, draw_pin, force_scale_of, pins_of
-from mechdae.draw.plans.lever import draw_lever, lever
+from mechdae.draw.plans.lever import (
+    draw_lever,
+    draw_lines,
+    draw_pin,
+    force_scale_of,
+    lever,
+    pins_of,
+)
 from mechdae.draw.plans.relations import SYMBOLS, groups_of, motion_plan, named_group
-from mechdae.draw.plans.vectors import Plan, round_up
 from mechdae.draw.sheet import MILLIMETRE, Sheet
 from mechdae.draw.translated import translated
 from mechdae.draw.words import ENGLISH
@@ -300,19 +305,14 @@ def _grid(axes: Axes, low: float, count: int, whole: bool) -> list[Axes]:
             _panel(axes, 0.51, middle, 1.0, 1.0),
             _panel(axes, 0.51, low, 1.0, middle - 0.01),
         ]
-    columns = int(np.ceil(np.sqrt(count))) if count > 1 else 1
-    rows = -(-count // columns)
-    height = (1 - low) / rows
-    return [
-        _panel(
-            axes,
-            (k % columns) / columns,
-            1 - (k // columns + 1) * height,
-            (k % columns + 1) / columns - 0.01,
-            1 - (k // columns) * height - 0.01,
-        )
-        for k in range(count)
-    ]
+    return _cells(axes, count, int(np.ceil(np.sqrt(count))), low=low)
+
+
+def _cells(axes: Axes, count: int, columns: int, left: float = 0.0, low: float = 0.0) -> list[Axes]:
+    """Return panels of one size in rows, in the part of axes to the right of and above a place."""
+    wide, tall = (1 - left) / columns, (1 - low) / -(-count // columns)
+    places = [(left + k % columns * wide, 1 - (k // columns + 1) * tall) for k in range(count)]
+    return [_panel(axes, x, y, x + wide - 0.01, y + tall - 0.01) for x, y in places]
 
 
 def _diagram(
@@ -377,23 +377,11 @@ def _friction(result: SweepResult, scene: DrawnScene, pose: int, ax: Axes | None
             hint='friction = "coupled" in the task, friction and pin_radius in a revolute joint',
         )
     axes, _ = _outer(result, scene, pose, ax)
-    columns = 1 if len(pins) < 3 else 2
-    rows = -(-len(pins) // columns)
-    share = 0.62 if columns == 1 else 0.5
-    draw_lines_in = _panel(axes, 0.0, 0.0, share, 1.0)
-    _diagram(result, scene, pose, draw_lines_in)
-    draw_lines(draw_lines_in, pins)
-    width = (1 - share) / columns
-    panels = [
-        _panel(
-            axes,
-            share + (k % columns) * width + 0.01,
-            1 - (k // columns + 1) / rows,
-            share + (k % columns + 1) * width,
-            1 - (k // columns) / rows - 0.01,
-        )
-        for k in range(len(pins))
-    ]
+    columns, share = (1, 0.62) if len(pins) < 3 else (2, 0.5)
+    whole = _panel(axes, 0.0, 0.0, share, 1.0)
+    _diagram(result, scene, pose, whole)
+    draw_lines(whole, pins)
+    panels = _cells(axes, len(pins), columns, share + 0.01)
     forces = force_scale_of(panels, pins)
     for panel, pin in zip(panels, pins, strict=True):
         draw_pin(panel, pin, forces)

@@ -29,8 +29,8 @@ from mechdae.draw.diagram.places import (
 from mechdae.draw.diagram.scene import Array, DrawnScene
 from mechdae.draw.formulas import Equation, Letter, Sum
 from mechdae.draw.formulas.notations import mathtext, written_letter
+from mechdae.draw.plans.board import Arrow, End, Plan
 from mechdae.draw.plans.rates import Rates
-from mechdae.draw.plans.vectors import Arrow, End, Plan
 from mechdae.errors import UnknownName
 from mechdae.records import dataclass
 

@@ -29,7 +29,7 @@ from mechdae.draw.sheet import Sheet, normal, unit
 from mechdae.draw.space import solids
 from mechdae.draw.space.anchors import anchor as anchor_of
 from mechdae.draw.space.anchors import base_of, size_of
-from mechdae.draw.space.depth import Item, draw_items
+from mechdae.draw.space.solids import Item, draw_items
 from mechdae.draw.space.spatial_drivers import head, straight, turning
 from mechdae.draw.space.spatial_loads import SpatialLoads
 from mechdae.draw.space.spatial_pose import SpatialPose, ghost_lines

@@ -12,7 +12,7 @@ from mechdae.draw import style
 from mechdae.draw.primitives import Array
 from mechdae.draw.sheet import normal, unit
 from mechdae.draw.space import solids
-from mechdae.draw.space.depth import Facet, Item
+from mechdae.draw.space.solids import Facet, Item
 from mechdae.draw.space.spatial_symbols import ARROW, HALF, SHAFT, SLEEVE
 
 SPAN = np.deg2rad(250.0)

@@ -32,7 +32,7 @@ from mechdae.draw.diagram.loads import (
 )
 from mechdae.draw.primitives import Anchor, Array
 from mechdae.draw.space.anchors import base_of
-from mechdae.draw.space.depth import Item
+from mechdae.draw.space.solids import Item
 from mechdae.draw.space.spatial_drivers import turning, with_head
 from mechdae.draw.space.spatial_pose import SpatialPose, anchored
 from mechdae.draw.space.spatial_symbols import ARROW, HALF, SHAFT

@@ -14,14 +14,20 @@ from mechdae.describe.coordinates import NamedCoordinate
 from mechdae.describe.joints.joint import Joint
 from mechdae.describe.mechanism import GROUND
 from mechdae.draw import style
-from mechdae.draw.diagram.places import Place, fixed_bodies, free_points, letters_of, places_of
-from mechdae.draw.diagram.shapes import hull
+from mechdae.draw.diagram.places import (
+    Place,
+    fixed_bodies,
+    free_points,
+    hull,
+    letters_of,
+    places_of,
+)
 from mechdae.draw.labels.labels import Links, Writing, letter
 from mechdae.draw.primitives import PAPER, Anchor, Array
 from mechdae.draw.sheet import Sheet
 from mechdae.draw.space import solids
 from mechdae.draw.space.anchors import anchor, base_of, bases
-from mechdae.draw.space.depth import Item
+from mechdae.draw.space.solids import Item
 from mechdae.draw.space.spatial_drivers import arrow_of
 from mechdae.draw.space.spatial_scene import SpatialScene
 from mechdae.draw.space.spatial_symbols import SYMBOLS, DrawnSymbol, JointPlace, JointSide, Start

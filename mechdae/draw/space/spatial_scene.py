@@ -13,7 +13,7 @@ from mechdae.describe.coordinates import NamedCoordinate
 from mechdae.describe.joints.joint import Joint
 from mechdae.describe.joints.spatial import AXES, SpatialJoint, largest
 from mechdae.describe.mechanism import GROUND, Mechanism
-from mechdae.draw.diagram.scene import CLOSED, driven_turn
+from mechdae.draw.diagram.scene import CLOSED, distinct_paths, driven_turn
 from mechdae.draw.space.viewpoint import Array
 from mechdae.errors import InputError
 from mechdae.records import dataclass
@@ -21,10 +21,6 @@ from mechdae.results.rotations import matrices
 
 if TYPE_CHECKING:
     from mechdae.results import SweepResult
-
-
-MOVES = 1e-9
-"""A point whose path is shorter than this share of the longest one stands still."""
 
 
 @dataclass(frozen=True)
@@ -202,28 +198,14 @@ class SpatialScene:
         """
         if self.way is not None:
             return self.way.paths
-        known, found = self.assembled(), dict[str, Array]()
-        if len(known) < 2:
-            return found
-        guided = {
+        guided = [
             joint.second
             for joint in self.mechanism.joints.values()
-            if joint.guide and joint.first_body == GROUND
-        }
-        spans = {ref: float(np.ptp(own[known], axis=0).max()) for ref, own in self.tracks.items()}
-        longest = max(spans.values(), default=0.0)
-        kept: list[Array] = []
-        for ref in sorted(spans, key=lambda ref: ref not in guided):
-            track = self.tracks[ref][known]
-            if spans[ref] <= MOVES * longest or ref.split(".")[0] == GROUND:
-                continue
-            if any(float(np.abs(track - other).max()) <= 1e-6 * spans[ref] for other in kept):
-                continue
-            kept.append(track)
-            if ref not in guided:
-                found[ref] = np.full((len(self.status), 3), np.nan)
-                found[ref][known] = track
-        return found
+            if joint.guide and joint.first_body == GROUND and joint.second in self.tracks
+        ]
+        points = [ref for ref in self.tracks if ref.split(".")[0] != GROUND]
+        known, count = self.assembled(), len(self.status)
+        return distinct_paths(self.tracks.__getitem__, guided, points, known, count)
 
 
 def read_spatial(result: Any) -> SpatialScene:

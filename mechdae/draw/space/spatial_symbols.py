@@ -14,7 +14,7 @@ import numpy as np
 from mechdae.draw import style
 from mechdae.draw.primitives import PAPER, Anchor, Array
 from mechdae.draw.space import solids
-from mechdae.draw.space.depth import Facet, Item
+from mechdae.draw.space.solids import Facet, Item
 from mechdae.records import dataclass
 
 RADIUS, HALF = 5.2, 9.0

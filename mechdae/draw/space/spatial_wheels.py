@@ -16,11 +16,11 @@ from mechdae.describe.joints.bearings import bearings
 from mechdae.describe.joints.joint import Joint
 from mechdae.describe.mechanism import GROUND
 from mechdae.draw import style
-from mechdae.draw.diagram.shapes import hull
+from mechdae.draw.diagram.places import hull
 from mechdae.draw.primitives import Anchor, Array
 from mechdae.draw.space import solids
 from mechdae.draw.space.anchors import anchor, size_of
-from mechdae.draw.space.depth import Facet, Item
+from mechdae.draw.space.solids import Facet, Item
 from mechdae.draw.space.spatial_scene import SpatialScene
 from mechdae.records import dataclass
 

@@ -9,7 +9,7 @@ from itertools import combinations
 import numpy as np
 
 from mechdae.describe import GROUND, Joint
-from mechdae.draw.diagram.shapes import hull as corners_of
+from mechdae.draw.diagram.places import hull as corners_of
 from mechdae.errors import InputError, UnavailableError
 from mechdae.tasks import ExportedMotion
 from mechdae.types import Booleans, Floats, Points
