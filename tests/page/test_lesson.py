@@ -220,6 +220,7 @@ def test_explained_numbers_are_those_of_explain(opened):
         assert number(size) == pytest.approx(float(wanted[1]), rel=1e-4)
     said = page.locator("#explain").inner_text()
     assert "12.354 rad/s²" in said
+    assert page.locator("#explain .values sub").all_inner_texts() == ["2", "3"]
 
 
 def steps(page):

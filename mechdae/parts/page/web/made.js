@@ -14,11 +14,16 @@ export function made(name, attributes = {}, ...children) {
 }
 
 /** A letter as it is written: digits after it are low, A1_3 has two indices. */
-export const written = (letter) => letter.replace(/(\d)_(?=\d)/g, "$1,").replace(/_?(\d+)/g, (_, index) => [...index].map((digit) => String.fromCharCode(0x2080 + Number(digit))).join(""));
+export const written = (letter) => letter.replace(/(\p{L})_?(\d+)(?:_(\d+))?/gu, (_, own, one, two) => own + below(one) + (two ? `,${below(two)}` : ""));
+
+const below = (index) => [...index].map((digit) => String.fromCharCode(0x2080 + Number(digit))).join("");
+
+/** A letter that is an index itself: A3 for A_3. */
+export const indexed = (letter) => letter.replace(/(\d)_(?=\d)/g, "$1,").replace(/_(?=\d)/g, "");
 
 /** A symbol with indices: low, high. */
 export function symbol([letter, low, high = ""]) {
-  const marks = [...(high ? [made("sup", {}, high)] : []), ...(low ? [made("sub", {}, written(low))] : [])];
+  const marks = [...(high ? [made("sup", {}, high)] : []), ...(low ? [made("sub", {}, indexed(low))] : [])];
   return made("span", { class: "symbol" }, made("var", {}, letter), ...(marks.length > 1 ? [made("span", { class: "marks" }, ...marks)] : marks));
 }
 

@@ -1,7 +1,7 @@
 /** Vector polygons of the pose shown: velocities and accelerations from their poles, forces on a group. */
 import { arrow, element } from "./view.js";
 import { lightable } from "./light.js";
-import { find, made, written } from "./made.js";
+import { find, indexed, made, written } from "./made.js";
 import { words } from "./words.js";
 import { digits, displayed } from "./units.js";
 
@@ -46,7 +46,7 @@ export function letterIn(group, x, y, [letter, low, high], anchor = "middle") {
   const part = (value, dx, dy, kind) => { element("tspan", { dx, dy, class: kind }, text).textContent = value; };
   part(letter, 0, 0, "big");
   if (high) part(high, 0, -5, "small");
-  if (low) part(written(low), high ? -SMALL * high.length : 0, high ? 8 : 3, "small"); // below the upper one
+  if (low) part(indexed(low), high ? -SMALL * high.length : 0, high ? 8 : 3, "small"); // below the upper one
 }
 
 /** Ends with those nearer than letters can be told apart; of many the first ones are named. */

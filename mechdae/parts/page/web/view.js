@@ -5,7 +5,8 @@ const SPACE = "http://www.w3.org/2000/svg";
 /** Axes in which a unit is a point, least and greatest scale, margin and strip below: as in `draw/style.py`. */
 const AREA = [488, 306], SCALES = [0.75, 6], MARGIN = 34, STRIP = 22;
 
-/** Half the longest label [units]. */
+/** Room between a letter and its index, and half the longest label [units]. */
+const AFTER = 0.5;
 const WIDEST = 80;
 
 /** @param {string} name @param {Record<string, any>} attributes @param {Element} [parent] */
@@ -95,6 +96,9 @@ export class View {
       return made;
     });
     this.layers.parts.replaceChildren(...this.elements);
+    for (const { children: [letter, index] } of this.elements) { // as far behind it as this browser's font is wide
+      if (index && letter.tagName === "text" && index.tagName === "text") index.setAttribute("x", Number(letter.getAttribute("x")) + letter.getComputedTextLength() + AFTER);
+    }
     return true;
   }
 
