@@ -280,6 +280,10 @@ def _linear(problem: Problem, task: Motion) -> Json:
     states, k = run.states, 0
     if abs(float(states.t[k]) - t) > 1e-12 * end:
         raise InputError(f"the motion ends before t = {t:g}: {run.fault}", where="linearise")
+    if run.setup.released.locked(states.signs)[k].any():
+        raise UnavailableError(
+            "a contact is closed then: it has no linear system", where="linearise"
+        )
     kernel = run.setup.kernel
     J = kernel.value("place", t, states.x[k], states.v[k], run.setup.loose)[1]
     basis = run.setup.freedoms(J)

@@ -11,7 +11,7 @@ import pytest
 
 import mechdae as md
 from mechdae.describe.file.load import from_dict
-from mechdae.errors import InputError, MechanismError
+from mechdae.errors import InputError, MechanismError, UnavailableError
 from tests.shared.bouncing import (
     G,
     ball,
@@ -58,6 +58,34 @@ def test_an_elastic_ball_keeps_its_energy(count: int) -> None:
     assert len(times) == count
     assert times == pytest.approx([(2 * k + 1) * first for k in range(count)], rel=1e-10)
     assert result.scalars["energy"] == pytest.approx(2 * G, rel=1e-10)
+
+
+@pytest.mark.parametrize("method", ["bdf", "radau"])
+def test_methods_for_stiff_forces_meet_stops_too(method: str) -> None:
+    result = md.solve(from_dict(ball(0.5, 1.0, method=method, tolerance=1e-10)), "m")
+    first = math.sqrt(2 / G)
+    assert hits(result)[:2] == pytest.approx([first, 2 * first], abs=1e-7)
+    assert result.checks["energy"] <= 1e-6
+
+
+def test_joints_that_rub_hit_stops_too() -> None:
+    """Down a slope of 60 degrees with friction 0.1 in the guide, then up against it."""
+    data, slope, mu = ball(0.5, 1.2), math.pi / 3, 0.1
+    data["joints"]["floor"] |= {"axis": slope, "friction": mu}
+    data["tasks"]["m"]["tolerance"] = 1e-12
+    result = md.solve(from_dict(data), "m")
+    down, up = (G * (math.sin(slope) - side * mu * math.cos(slope)) for side in (1, -1))
+    first = math.sqrt(2 / down)
+    speed = 0.5 * down * first
+    second = first + speed / up + speed / math.sqrt(up * down)
+    assert hits(result)[:2] == pytest.approx([first, second], abs=1e-10)
+    assert hits(result, "reversal")[0] == pytest.approx(first + speed / up, abs=1e-10)
+    assert result.checks["energy"] <= 1e-11
+
+
+def test_a_closed_contact_has_no_linear_system() -> None:
+    with pytest.raises(UnavailableError, match="a contact is closed"):
+        md.solve(from_dict(ball(0.5, 2.0, linearise=1.9)), "m")
 
 
 def elliptic(k: float) -> float:

@@ -16,7 +16,7 @@ BUDGETS = {
     "kernels": 7_500,
     "motion": 23_390,  # poses of several drivers at the speed of one
     "forces": 4_770,
-    "dynamics": 8_950,
+    "dynamics": 8_960,
     "design": 15_850,
     "tasks": 2_400,
     "cli": 1_720,
