@@ -175,6 +175,43 @@ def test_contacts_that_close_at_once_are_not_unique(law: str, after: tuple[float
     assert speeds == pytest.approx(after, rel=1e-12)
 
 
+@pytest.mark.parametrize(
+    ("law", "e", "wall"),
+    [("newton", (0.8, 0.3), 0.0), ("poisson", (0.8, 0.3), 0.25), ("poisson", (0.2, 0.3), 0.0)],
+)
+def test_laws_differ_where_a_contact_is_closed(
+    law: str, e: tuple[float, float], wall: float
+) -> None:
+    """A block that lies at its wall is hit by one of half its mass: (e1 - e2) m2 v / m1 or none.
+
+    By Poisson each contact gives back its share of m2 v; by Newton the wall's has no speed to.
+    """
+    starts = {"start": {"wall": 0.0, "slot": 0.1}, "start_speed": {"wall": 0.0, "slot": -1.0}}
+    limits = ([0.0, 1.0], [0.0, 1.0])
+    data = carriage((2.0, 1.0), limits, e, impact=law, until=0.2, **starts)
+    result = md.solve(from_dict(data), "m")
+    assert hits(result)[0] == pytest.approx(0.1, abs=1e-12)
+    assert result.joints["wall"].slide_velocity[-1] == pytest.approx(wall, abs=1e-12)
+    assert result.points["two.P"].velocity[-1, 0] == pytest.approx(e[1], rel=1e-12)
+    assert result.checks["energy"] <= 1e-12
+
+
+def test_a_pendulum_in_space_hits_its_stop_as_in_the_plane() -> None:
+    flat = pendulum([-math.pi, -math.pi / 2], 0.6, -math.pi / 2 - 1.2, 1.5)
+    data = flat | {
+        "dimension": 3,
+        "gravity": [0, 0, -G],
+        "ground": {"points": {"O": [0, 0, 0]}},
+        "bodies": {"rod": {"points": {"O": [0, 0, 0]}, "mass": 1.3, "center": [0.7, 0, 0],
+                           "inertia": [1e-12, 1e-12, 1e-12]}},
+        "joints": {"pin": flat["joints"]["pin"] | {"axis": [0, -1, 0], "zero": [1, 0, 0]}},
+        "tasks": {"m": flat["tasks"]["m"] | {"start": {"pin": -math.pi / 2 - 1.2}}},
+    }  # fmt: skip
+    solid, plane = (md.solve(from_dict(each), "m") for each in (data, flat))
+    assert hits(solid) == pytest.approx(hits(plane), abs=1e-10)
+    assert solid.checks["energy"] <= 1e-11
+
+
 # -- gaps of joints ------------------------------------------------------------------------------
 
 

@@ -79,9 +79,9 @@ class Laws:
 
     def of_contact(self, k: int, contact: Unilateral) -> list[Feedback]:
         """Return the friction of a unilateral contact, by its place among them."""
-        ends = self.model.ends[contact.owner]
         if contact.axis is None or not self.friction or not self._rubs(contact.owner):
             return []
+        ends = self.model.ends[contact.owner]
         forms = ca.vertcat(SX(-1), SX(0))  # the force that holds it is minus its own
         return [replace(self._along(ends, forms, contact.axis, contact.place), contact=k)]
 
