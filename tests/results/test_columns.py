@@ -117,3 +117,25 @@ def test_the_table_and_the_json_hold_the_same_bits(mechanism: md.Mechanism, scal
     for k, axis in enumerate("xy"):
         velocity = [place[k] for place in plain["points"]["coupler.C"]["velocity"]]
         assert [*map(float, columns[f"coupler.C.velocity.{axis}"])] == velocity
+
+
+PINS = {"C": ("coupler", "rocker"), "B": ("crank", "coupler"), "D": (None, "rocker")}
+
+
+@pytest.mark.parametrize("listed", [["D.angle"], ["C.angle", "B.angle"], ["rocker", "B.angle"]])
+def test_angles_of_pins_that_a_task_lists_are_shown(listed: list[str]) -> None:
+    """In the table and as curves: the angle of the second link less that of the first."""
+    driver = md.Driver("crank.angle", from_=0.0, to=6.0)
+    mechanism = md.four_bar(0.1, 0.04, 0.12, 0.08)
+    result = md.solve(mechanism, md.Sweep(driver=driver, poses=4, outputs=listed))
+    bodies = md.solve(mechanism, md.Sweep(driver=driver, poses=4)).bodies
+    header, *rows = (line for line in str(result).split("\n") if "[deg]" in line or " ok " in line)
+    titles = [title.strip() for title in header.split("]")]
+    for name in (name for name in listed if name.endswith(".angle")):
+        first, second = PINS[name.removesuffix(".angle")]
+        place = titles.index(f"{name} [deg")
+        shown = [float(row.split()[place + 1]) for row in rows]
+        angle = bodies[second].angle - (bodies[first].angle if first else 0.0)
+        assert np.allclose(np.radians(shown), angle, atol=1e-5)
+    if listed[0] != "rocker":
+        assert md.plot(result, "curves").get_lines()

@@ -188,7 +188,8 @@ def _default_paths(result: Result) -> list[str]:
     if not paths:
         moving = [name for name, series in result.points.items() if _moves(series.get("position"))]
         paths = [f"points/{name}/position" for name in moving[-2:]]
-    return paths or [f"drivers/{name}/position" for name in result.drivers]
+    pins = [f"joints/{n}/angle" for n, each in result.joints.items() if _moves(each.get("angle"))]
+    return paths or pins or [f"drivers/{name}/position" for name in result.drivers]
 
 
 MOST = 5

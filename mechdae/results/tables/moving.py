@@ -115,6 +115,14 @@ class Quantities:
             for kind in ("bodies", "joints"):
                 if name in getattr(self.result, kind):
                     found += self._part(kind, name, rates=0)
+            joint, _, word = name.rpartition(".")
+            series = self.result.joints.get(joint, {})
+            if word in series:
+                unit, noise = (
+                    self.result.unit("joints", joint, word),
+                    self.noise("joints", joint, word),
+                )
+                found.append(self.column(name, unit, series[word], noise))
         return found
 
     def outputs(self) -> list[Column]:
