@@ -29,7 +29,7 @@ def test_the_same_bytes_twice(form: str, tmp_path: Path, capsys) -> None:
 @pytest.mark.parametrize(
     ("words", "told"),
     [
-        (("slider-crank", "--format", "step"), "unknown format 'step'"),
+        (("slider-crank", "--format", "iges"), "unknown format 'iges'"),
         (("slider-crank", "--format", "mjfc"), "did you mean mjcf?"),
         (("slider-crank", "--format", "c", "--pose", "3"), "no option of format c"),
         (("slider-crank", "--format", "dxf", "--pose", "999"), "there is no pose 999"),

@@ -8,6 +8,7 @@ made is used.
 from __future__ import annotations
 
 import re
+import sys
 from dataclasses import replace
 from math import pi
 from pathlib import Path
@@ -64,6 +65,50 @@ def test_a_solid_has_the_volume_of_its_plate() -> None:
     assert volume == pytest.approx(exact, rel=2e-3)
     heights = sorted(set(np.round(bar[:, :, 2].ravel(), 6)))
     assert heights == [4.0, 8.0]
+
+
+@pytest.mark.slow
+def test_step_files_hold_true_solids(tmp_path: Path) -> None:
+    """Read back by the kernel: valid, named, their volumes those of bars with round ends."""
+    kernel = pytest.importorskip("OCP.STEPControl", reason="cadquery-ocp-novtk is not installed")
+    from OCP.BRepCheck import BRepCheck_Analyzer
+    from OCP.BRepGProp import BRepGProp
+    from OCP.GProp import GProp_GProps
+    from OCP.TopAbs import TopAbs_SOLID
+    from OCP.TopExp import TopExp_Explorer
+
+    problem = md.four_bar(ground=100, crank=40, coupler=120, rocker=80, units="mm,deg")
+    sizes = {"width": 0.012, "thickness": 0.004, "pin": 0.005, "clearance": 1e-4}
+    made = md.export(problem, format="step", **sizes)
+    assert made.text == md.export(problem, format="step", **sizes).text
+    assert set(made.files) == {"", "parts.csv"}
+    for name in ("crank", "coupler", "rocker", "frame", "pin A"):
+        assert f"PRODUCT('{name}'" in made.text
+    path = tmp_path / "x.step"
+    path.write_text(made.text, encoding="utf-8")
+    reader = kernel.STEPControl_Reader()
+    reader.ReadFile(str(path))
+    reader.TransferRoots()
+    found, volumes = TopExp_Explorer(reader.OneShape(), TopAbs_SOLID), []
+    while found.More():
+        assert BRepCheck_Analyzer(found.Current()).IsValid()
+        properties = GProp_GProps()
+        BRepGProp.VolumeProperties_s(found.Current(), properties)
+        volumes.append(properties.Mass())
+        found.Next()
+    round_ends = pi * 36 - 2 * pi * 2.6**2
+    bars = [4 * (length * 12 + round_ends) for length in (40, 80, 100)]
+    for volume in bars:
+        assert min(abs(v / volume - 1) for v in volumes) < 1e-9
+    text = md.export(problem, format="stl", **sizes).text
+    assert len(volumes) == sum(map(len, solids(text).values()))
+
+
+def test_step_files_name_the_package_that_they_need(monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in {"OCP", *(name for name in sys.modules if name.startswith("OCP."))}:
+        monkeypatch.setitem(sys.modules, name, None)
+    with pytest.raises(md.UnavailableError, match="STEP files need the package cadquery-ocp-novtk"):
+        md.export("slider-crank", format="step")
 
 
 def test_a_sheet_is_in_millimetres_and_holds_all_parts() -> None:

@@ -30,6 +30,10 @@ FORMATS: Registry[Added] = Registry(
             "mechdae.parts.exchange.robots.sdf:sdf",
             about="SDFormat: links and joints, loops among them",
         ),
+        "step": Added(
+            "mechdae.parts.exchange.workshop.step:step",
+            about="the same solids with true circles, for CAD",
+        ),
         "stl": Added(
             "mechdae.parts.exchange.workshop.cut:stl",
             about="solids to print: plates in layers, pins, spacers, a list of parts",
@@ -151,7 +155,7 @@ def export(
     problem
         A problem, the name of a predefined one, a file, a mechanism, or a result.
     format
-        "dxf", "mjcf", "sdf", "urdf", "c", "js", "stl" or "svg-cut".
+        "dxf", "mjcf", "sdf", "urdf", "c", "js", "step", "stl" or "svg-cut".
     task
         A sweep, a task of reactions or a motion: by default the first sweep over a range. It
         gives the pose of the model, the paths of a drawing, the range of a polynomial.
@@ -183,9 +187,10 @@ def export(
     """
     check_format(format)
     cut = ("width", "thickness", "pin", "clearance", "air", "kerf")
-    known = {"dxf": ("pose",), "urdf": ("tolerance",), "stl": cut[:-1], "svg-cut": cut}.get(
-        format, ()
-    )
+    known = {
+        "dxf": ("pose",), "urdf": ("tolerance",), "svg-cut": cut,
+        **dict.fromkeys(("step", "stl"), cut[:-1]),
+    }.get(format, ())  # fmt: skip
     for name in options:
         if name not in known:
             raise InputError(

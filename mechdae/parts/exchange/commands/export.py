@@ -44,7 +44,9 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         metavar="E",
         help="urdf: error of mimic polynomials aimed at, rad or share of the size (1e-6)",
     )
-    parts = parser.add_argument_group("stl and svg-cut", "lengths such as 12mm, 0.5in or 3 (mm)")
+    parts = parser.add_argument_group(
+        "stl, step and svg-cut", "lengths such as 12mm, 0.5in or 3 (mm)"
+    )
     for name, about in PARTS.items():
         parts.add_argument(f"--{name}", metavar="L", help=about)
 

@@ -147,7 +147,7 @@ def stl(motion: ExportedMotion, **given: float) -> dict[str, str]:
     """Return the assembly in its first pose, the parts laid flat, and the list of parts."""
     kit, stack, motions = _made(motion, given)
     return {
-        "": _assembly(motion, kit, stack, motions),
+        "": "".join(part.solid() for part in _placed_parts(motion, kit, stack, motions)),
         "flat.stl": _flat(parts_of(kit, stack), kit),
         "parts.csv": listed(kit, stack),
     }
@@ -371,16 +371,38 @@ def solid(name: str, part: CutPart, place: Floats, turn: float, low: float, high
     return "\n".join([*lines, f"endsolid {name}"]) + "\n"
 
 
-def _assembly(motion: ExportedMotion, kit: Kit, stack: Stack, motions: Motions) -> str:
-    """Return all parts in the motion's first pose."""
-    t, row = kit.sizes.thickness, motion.first
-    frame = motions.placed(kit, row)
-    text = []
+@dataclass(frozen=True)
+class PlacedPart:
+    """A part between two heights, turned and moved [m, rad]."""
+
+    name: str
+    part: CutPart
+    place: Floats
+    turn: float
+    low: float
+    high: float
+
+    def solid(self) -> str:
+        """Return it as a solid of an STL file."""
+        return solid(self.name, self.part, self.place, self.turn, self.low, self.high)
+
+
+def assembly(motion: ExportedMotion, given: dict[str, float]) -> tuple[list[PlacedPart], str]:
+    """Return all parts in the motion's first pose, and their list."""
+    kit, stack, motions = _made(motion, given)
+    return _placed_parts(motion, kit, stack, motions), listed(kit, stack)
+
+
+def _placed_parts(
+    motion: ExportedMotion, kit: Kit, stack: Stack, motions: Motions
+) -> list[PlacedPart]:
+    t, frame = kit.sizes.thickness, motions.placed(kit, motion.first)
+    found = []
     for name in kit.moving:
         low = stack.layers[name] * t
-        text.append(solid(name, part_of(kit.plates[name], kit), *frame[name], low, low + t))
+        found.append(PlacedPart(name, part_of(kit.plates[name], kit), *frame[name], low, low + t))
     for part, layer in frames(kit, stack):
-        text.append(solid(part.name, part, np.zeros(2), 0.0, layer * t, (layer + 1) * t))
+        found.append(PlacedPart(part.name, part, np.zeros(2), 0.0, layer * t, (layer + 1) * t))
     one = ring(kit)
     for name, (low, high) in stack.pins.items():
         plate = kit.plates[kit.pins[name].plates[1]]
@@ -388,10 +410,11 @@ def _assembly(motion: ExportedMotion, kit: Kit, stack: Stack, motions: Motions) 
         cos, sin = np.cos(turn), np.sin(turn)
         here = place + np.array([[cos, -sin], [sin, cos]]) @ plate.holes[name]
         pin = CutPart(f"pin {name}", Loop(np.zeros((1, 2)), kit.sizes.pin / 2))
-        text.append(solid(pin.name, pin, here, 0.0, low * t, (high + 1) * t))
+        found.append(PlacedPart(pin.name, pin, here, 0.0, low * t, (high + 1) * t))
         for layer in stack.spacers.get(name, ()):
-            text.append(solid(f"spacer {name}", one, here, 0.0, layer * t, (layer + 1) * t))
-    return "".join(text)
+            ends = layer * t, (layer + 1) * t
+            found.append(PlacedPart(f"spacer {name}", one, here, 0.0, *ends))
+    return found
 
 
 def _flat(parts: list[CutPart], kit: Kit) -> str:

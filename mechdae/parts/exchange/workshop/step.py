@@ -1,0 +1,113 @@
+"""Parts as solids of a STEP file, with true circles, by the geometry kernel Open CASCADE."""
+
+from __future__ import annotations
+
+import re
+import tempfile
+from importlib import import_module
+from pathlib import Path
+
+import numpy as np
+
+from mechdae.errors import UnavailableError
+from mechdae.parts.exchange.workshop.cut import MM, Loop, PlacedPart, assembly
+from mechdae.tasks import ExportedMotion
+from mechdae.types import Floats, Json
+
+
+def step(motion: ExportedMotion, **given: float) -> dict[str, str]:
+    """Return the assembly in its first pose, and the list of parts.
+
+    Raises
+    ------
+    UnavailableError
+        The kernel is not installed.
+    """
+    try:
+        kernel = StepSolids()
+    except ImportError:
+        raise UnavailableError(
+            "STEP files need the package cadquery-ocp-novtk", where="format",
+            hint='pip install "mechdae[step]", or --format stl',
+        ) from None  # fmt: skip
+    parts, listing = assembly(motion, given)
+    return {"": kernel.text(parts), "parts.csv": listing}
+
+
+class StepSolids:
+    """Solids of parts [mm]."""
+
+    def __init__(self) -> None:
+        self.a: Json = {}
+        for module, names in MODULES.items():
+            loaded = import_module(f"OCP.{module}")
+            self.a |= {name: getattr(loaded, name) for name in names.split()}
+
+    def text(self, parts: list[PlacedPart]) -> str:
+        """Return a file of named solids, without the time at which it is written."""
+        a = self.a
+        a["Message"].DefaultMessenger_s().ChangePrinters().Clear()  # it would tell of each part
+        document = a["TDocStd_Document"](a["TCollection_ExtendedString"]("mechdae"))
+        tool = a["XCAFDoc_DocumentTool"].ShapeTool_s(document.Main())
+        for part in parts:
+            label = tool.AddShape(self.solid(part), False)
+            a["TDataStd_Name"].Set_s(label, a["TCollection_ExtendedString"](part.name))
+        writer = a["STEPCAFControl_Writer"]()
+        writer.Transfer(document)
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder) / "parts.step"
+            writer.Write(str(path))
+            text = path.read_text(encoding="utf-8")
+        return re.sub(r"'\d{4}-\d\d-\d\dT[\d:]+'", "''", text, count=1)
+
+    def solid(self, placed: PlacedPart) -> object:
+        """Return a part where it is."""
+        a, part = self.a, placed.part
+        face = a["BRepBuilderAPI_MakeFace"](self._wire(part.outline), True)
+        for hole in part.holes:
+            face.Add(self._wire(hole, reverse=True))
+        tall = a["gp_Vec"](0.0, 0.0, (placed.high - placed.low) * MM)
+        prism = a["BRepPrimAPI_MakePrism"](face.Face(), tall).Shape()
+        turned, moved = a["gp_Trsf"](), a["gp_Trsf"]()
+        turned.SetRotation(a["gp_Ax1"](a["gp_Pnt"](0.0, 0.0, 0.0), self._up), float(placed.turn))
+        x, y = np.asarray(placed.place, float) * MM
+        moved.SetTranslation(a["gp_Vec"](float(x), float(y), placed.low * MM))
+        return a["BRepBuilderAPI_Transform"](prism, moved.Multiplied(turned), True).Shape()
+
+    @property
+    def _up(self) -> object:
+        return self.a["gp_Dir"](0.0, 0.0, 1.0)
+
+    def _wire(self, loop: Loop, reverse: bool = False) -> object:
+        """Return a loop of arcs and the straight sides between them."""
+        a, arcs, wire = self.a, loop.arcs(), self.a["BRepBuilderAPI_MakeWire"]()
+        for k, (begin, end, middle) in enumerate(arcs):
+            circle = a["gp_Circ"](a["gp_Ax2"](self._point(middle), self._up), loop.radius * MM)
+            wire.Add(
+                a["BRepBuilderAPI_MakeEdge"](circle, self._point(begin), self._point(end)).Edge()
+            )
+            after = arcs[(k + 1) % len(arcs)][0]
+            if np.hypot(*(after - end)) > 0:
+                side = a["BRepBuilderAPI_MakeEdge"](self._point(end), self._point(after))
+                wire.Add(side.Edge())
+        found = wire.Wire()
+        if reverse:
+            found.Reverse()
+        return found
+
+    def _point(self, place: Floats) -> object:
+        return self.a["gp_Pnt"](float(place[0]) * MM, float(place[1]) * MM, 0.0)
+
+
+MODULES = {
+    "BRepBuilderAPI": "BRepBuilderAPI_MakeEdge BRepBuilderAPI_MakeFace BRepBuilderAPI_MakeWire "
+    "BRepBuilderAPI_Transform",
+    "BRepPrimAPI": "BRepPrimAPI_MakePrism",
+    "Message": "Message",
+    "STEPCAFControl": "STEPCAFControl_Writer",
+    "TCollection": "TCollection_ExtendedString",
+    "TDataStd": "TDataStd_Name",
+    "TDocStd": "TDocStd_Document",
+    "XCAFDoc": "XCAFDoc_DocumentTool",
+    "gp": "gp_Ax1 gp_Ax2 gp_Circ gp_Dir gp_Pnt gp_Trsf gp_Vec",
+}
