@@ -7,6 +7,7 @@ made is used.
 
 from __future__ import annotations
 
+import json
 import re
 import sys
 from dataclasses import replace
@@ -19,6 +20,7 @@ import pytest
 import mechdae as md
 from tests.shared.command import run
 from tests.shared.passing_parts import passing
+from tests.shared.paths import FIGURES
 from tests.shared.solids import Assembly, open_sides, solids
 
 SHORT = ("four-bar-crank-rocker", "slider-crank", "quick-return-pin")
@@ -43,6 +45,18 @@ def test_no_part_of_larger_mechanisms_meets_another_one(name: str) -> None:
     assert not found.overlaps()
     for several in found.solids.values():
         assert all(open_sides(triangles) == 0 for triangles in several)
+
+
+def test_the_long_study_found_all_parts_apart() -> None:
+    """`tests.scripts.parts_apart`: 1e4 poses of each mechanism of which parts are made."""
+    study = json.loads((FIGURES / "parts.json").read_text(encoding="utf-8"))
+    made = {name: entry for name, entry in study.items() if "solids" in entry}
+    assert len(study) >= 100
+    assert len(made) >= 40
+    for name, entry in made.items():
+        assert (entry["open_sides"], entry["overlaps"]) == (0, []), name
+        assert entry["poses"] >= 10_000
+    assert all("not reached" not in entry.get("reason", "") for entry in study.values())
 
 
 def test_parts_in_one_layer_would_be_seen_to_meet() -> None:

@@ -67,7 +67,7 @@ class Assembly:
         self.mechanism = whole.mechanism
         parts = len(whole.result.status) - 1
         self.first = whole.first
-        self.result = whole.result.finer(max(1, poses // parts))
+        self.result = whole.result.finer(-(-poses // parts))
         self.rows = np.flatnonzero(np.isin(self.result.status, ["ok", "limit", "ambiguous"]))
         self.begin = whole.result
 
