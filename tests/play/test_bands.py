@@ -220,6 +220,11 @@ def test_gaps_that_are_none_are_refused() -> None:
             from_dict(tomllib.loads(f"{whole}\n[joints.x]\n{text}"), "x")
 
 
+def test_bands_in_space_are_refused_with_the_reason() -> None:
+    with pytest.raises(md.UnavailableError, match=r"bands are not computed in space: joints place"):
+        md.solve(md.load("rssr").mechanism, md.Play(md.Driver("A.angle", from_=0.0, to=1.0)))
+
+
 def test_redundant_equations_are_refused() -> None:
     problem = md.load("parallelogram-three-cranks")
     task = next(task for task in problem.tasks.values() if isinstance(task, md.Sweep))

@@ -8,7 +8,7 @@ from typing import ClassVar
 from mechdae.describe.mechanism import Mechanism
 from mechdae.describe.tasks.kinds import Sweep
 from mechdae.describe.tasks.reactions import Reactions
-from mechdae.errors import MechanismError
+from mechdae.errors import MechanismError, UnavailableError
 from mechdae.parts.play.gaps import KEYS
 from mechdae.records import dataclass, optional
 
@@ -34,6 +34,11 @@ class Play(Sweep):
 
     def check(self, mechanism: Mechanism) -> None:
         super().check(mechanism)
+        if mechanism.dimension == 3:
+            raise UnavailableError(
+                "bands are not computed in space: joints place bodies there, without equations "
+                "that a clearance opens", where="kind",
+            )  # fmt: skip
         given = [name for name, _ in mechanism.numbers() if name.rpartition(".")[2] in KEYS]
         if not given:
             raise MechanismError(
