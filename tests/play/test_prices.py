@@ -86,13 +86,13 @@ def test_the_widest_band_of_a_turn_is_a_number() -> None:
         played.value("summary/play/largest/joints/guide/x")
 
 
-def designed(limit: float | None, c: float = C, low: float = 0.15) -> md.Result:
+def designed(limit: float | None, c: float = C, low: float = 0.15, **robust: object) -> md.Result:
     turn = md.Driver("crank.angle", from_=0.0, to=2 * np.pi)
     goal = Minimise(of=f"play/{SLIDE}" if limit is None else "turn/points/rod.C/position")
     rows = () if limit is None else (LimitConstraint(of=f"play/{SLIDE}", max=limit),)
     design = md.Synthesis(
         driver={"coordinate": "crank.angle"}, goal=goal, free={"l": (low, 0.4)}, constraints=rows,
-        starts=1,
+        starts=1, **robust,
     )  # fmt: skip
     whole = problem(design=design)
     joints = {**whole.mechanism.joints, "guide": md.Prismatic("guide", "ground.O", "slider.C")}
@@ -118,6 +118,18 @@ def test_a_band_is_a_goal_and_its_value_is_the_proved_one() -> None:
     assert design["parameters"]["l"] == pytest.approx(0.4, rel=1e-6)
     at = 3 * C / sqrt(1 - (R / 0.4) ** 2)
     assert at < design["objective"] < at * 1.001
+
+
+@pytest.mark.slow(reason="searches for designs")
+def test_a_clearance_has_a_tolerance_itself() -> None:
+    """Of 3 c / cos, where c is of one pin: what its tolerance adds, and that of the rod."""
+    found = designed(None, robust=3, tolerances={"c": 5e-6, "l": 1e-4})
+    (design,) = found.data["designs"]
+    cos = sqrt(1 - (R / 0.4) ** 2)
+    of_c, of_l = 1 / cos * 5e-6, 3 * C * R**2 / 0.4**3 / cos**3 * 1e-4
+    sigma = sqrt((of_c**2 + of_l**2) / 3)
+    assert design["robust"][0]["sigma"] == pytest.approx(sigma, rel=1e-6)
+    assert design["objective"] == pytest.approx(3 * C / cos + 3 * sigma, rel=1e-6)
 
 
 @pytest.mark.slow(reason="searches for designs")
