@@ -20,12 +20,12 @@ BUDGETS = {
     "design": 15_850,
     "tasks": 2_400,
     "cli": 1_720,
-    "parts": 29_810,  # what a page teaches by
+    "parts": 29_950,  # what a page teaches by
 }
 """Room -> most lines of its modules; some of them import what annotations name."""
 ALONE = 1107
 """Lines of the modules that stand alone: errors, docstrings, records, types, additions."""
-TOTAL = 144_950
+TOTAL = 145_100
 LONGEST = 500
 LONGER = {
     "describe/joints/spatial.py": 520,

@@ -96,6 +96,10 @@ def test_rows_of_several_drivers() -> None:
     pin = md.Revolute("B", joints["B"].first, joints["B"].second, limits=(-math.pi, -1.4))
     solver = md.Solver(limited(problem, pin), "circle")
     u = np.column_stack([np.linspace(0.05, 0.15, 9), np.linspace(0.3, 0.4, 9)])
+    swept = md.solve(limited(problem, pin), "circle")
+    turns = swept.bodies["tip"].angle - swept.bodies["left"].angle
+    within = (turns + math.pi) % (2 * math.pi) - math.pi <= -1.4
+    assert (swept.status == np.where(within, "ok", "stopped")).all(), "two drivers go around"
     poses = solver.poses({}, u)
     relative = poses["bodies/tip/angle"] - poses["bodies/left/angle"]
     inside = (relative + math.pi) % (2 * math.pi) - math.pi <= -1.4

@@ -199,7 +199,7 @@ def mark(setting: Setting, run: Run) -> None:
     run.events += [along.event(run, *each) for each in met]
     meets = sorted({stops.coordinates[k].part for *_, k in met})
     run.stopped = np.array(over.any(axis=1))
-    if met:
+    if met and (setting.plan.by_value or setting.graphs.nu == 1):  # else there are ways around
         behind = _behind(along, run) & ~run.stopped
         if behind.any():
             rows = np.flatnonzero(behind)
