@@ -12,9 +12,9 @@ from mechdae.describe.joints.joint import Joint
 from mechdae.describe.mechanism import GROUND
 from mechdae.draw import style
 from mechdae.draw.diagram import symbols
-from mechdae.draw.diagram.curves import curve_points
 from mechdae.draw.diagram.loads import Mark
 from mechdae.draw.diagram.scene import Array, DrawnScene, open_of
+from mechdae.draw.diagram.wheels import curve_points
 from mechdae.draw.sheet import Sheet
 from mechdae.draw.space.spatial_scene import SpatialScene
 from mechdae.errors import InputError

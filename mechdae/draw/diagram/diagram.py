@@ -15,7 +15,6 @@ from mechdae.describe.mechanism import GROUND
 from mechdae.draw import style
 from mechdae.draw.closing import check_closes, draw_gaps
 from mechdae.draw.diagram import symbols
-from mechdae.draw.diagram.curves import draw_curve, reach
 from mechdae.draw.diagram.driver import draw_drivers, driven_bodies, drivers_of, held_drivers
 from mechdae.draw.diagram.guides import draw_guides, travel
 from mechdae.draw.diagram.heads import draw_frame, outside_of, write_heads, write_legend
@@ -31,7 +30,7 @@ from mechdae.draw.diagram.places import (
     shape_of,
 )
 from mechdae.draw.diagram.scene import SHORT, Array, DrawnScene, named_pose
-from mechdae.draw.diagram.wheels import circles, draw_wheels, rack_span
+from mechdae.draw.diagram.wheels import circles, draw_curve, draw_wheels, rack_span, reach
 from mechdae.draw.labels.labels import Links, write_all, writings
 from mechdae.draw.sheet import Sheet, margins_of
 from mechdae.draw.smooth import few_named

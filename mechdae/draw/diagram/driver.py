@@ -14,11 +14,10 @@ from mechdae.describe.mechanism import GROUND
 from mechdae.describe.units import SI
 from mechdae.draw import style
 from mechdae.draw.diagram import symbols
-from mechdae.draw.diagram.curves import tangent
 from mechdae.draw.diagram.guides import cylinder_of
 from mechdae.draw.diagram.places import JoinedScene, Place
 from mechdae.draw.diagram.scene import Array, DrawnScene, driver_names
-from mechdae.draw.diagram.wheels import circles
+from mechdae.draw.diagram.wheels import circles, tangent
 from mechdae.draw.sheet import Sheet, arc, normal, unit
 from mechdae.draw.words import ENGLISH, Words
 

@@ -320,26 +320,11 @@ def draw_lines(ax: Axes, pins: list[Pin]) -> None:
         through = pin.centre + pin.foot
         half = reach * (0.5 + share)
         ends = np.array([through - half * along, through + half * along])
-        line = Line2D(
-            *ends.T,
-            color=style.ARROW,
-            linewidth=style.LINE,
-            linestyle=style.DASH_DOT,
-            zorder=style.Z_PIN,
-            gid=f"friction-line-{pin.joint}",
-        )
-        ax.add_line(line)
-        ax.add_patch(
-            Circle(
-                tuple(pin.centre),
-                pin.radius,
-                facecolor="none",
-                edgecolor=style.WHEEL,
-                linewidth=style.LINE,
-                zorder=style.Z_LABEL,
-                gid=f"friction-circle-{pin.joint}",
-            )
-        )
+        line = Line2D(*ends.T, color=style.ARROW, linestyle=style.DASH_DOT)
+        ring = Circle(tuple(pin.centre), pin.radius, fill=False, edgecolor=style.WHEEL)
+        for artist, z, kind in ((line, style.Z_PIN, "line"), (ring, style.Z_LABEL, "circle")):
+            artist.set(linewidth=style.LINE, zorder=z, gid=f"friction-{kind}-{pin.joint}")
+            ax.add_artist(artist)
 
 
 def draw_pin(ax: Axes, pin: Pin, force_scale: float) -> Sheet:

@@ -14,7 +14,7 @@ from mechdae.draw import poses, style
 from mechdae.draw.diagram import apart
 from mechdae.draw.diagram.heads import write_heads
 from mechdae.draw.diagram.scene import DrawnScene, choose_pose, read_scene
-from mechdae.draw.figure import Drawing, current_format, new_axes
+from mechdae.draw.figure import Drawing, current_format, new_axes, note
 from mechdae.draw.fonts import font, ink
 from mechdae.draw.plans.board import Plan, draw_plan, heading, round_up, scale_text
 from mechdae.draw.plans.forces import force_plans
@@ -244,16 +244,9 @@ def _outer(
     deepest = max(map(len, columns), default=0)
     for j, lines in enumerate(columns):
         for k, line in enumerate(lines):
-            axes.annotate(
-                line,
-                (j / len(columns), 0.0),
-                xytext=(4.0, 2.0 + LINE * (deepest - 1 - k)),
-                xycoords="axes fraction",
-                textcoords="offset points",
-                fontproperties=font(SIZE).properties,
-                color=style.INK,
-                gid=f"relation-{j}-{k}",
-            )
+            spot, offset = (j / len(columns), 0.0), (4.0, 2.0 + LINE * (deepest - 1 - k))
+            more = {"xycoords": "axes fraction", "gid": f"relation-{j}-{k}"}
+            note(axes, line, spot, offset, font(SIZE), style.INK, **more)
     return axes, (LINE * deepest + 8.0) / height if deepest else 0.0
 
 

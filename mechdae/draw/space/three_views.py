@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 
 from mechdae.draw import style
 from mechdae.draw.diagram.heads import write_heads
+from mechdae.draw.figure import note
 from mechdae.draw.fonts import font
 from mechdae.draw.sheet import MILLIMETRE
 from mechdae.draw.space.spatial_drawing import (
@@ -77,11 +78,9 @@ def draw_three(
         sheets.append(draw_spatial_pose(axes, scene, result, index, bare, theme, words))
         name = words(view.name) if view.name else words("seen from", *(
             words.number(angle, 4) for angle in (view.azimuth, view.elevation)))  # fmt: skip
-        axes.annotate(
-            name, (0.5, 0.0), xytext=(0.0, 4.0), xycoords="axes fraction", ha="center",
-            textcoords="offset points", color=theme.paint(style.FAINT), gid=f"view-{name}",
-            fontproperties=font(style.SUBTITLE, style.NOTE_FONT).properties,
-        )  # fmt: skip
+        chosen, color = font(style.SUBTITLE, style.NOTE_FONT), theme.paint(style.FAINT)
+        more = {"xycoords": "axes fraction", "ha": "center", "gid": f"view-{name}"}
+        note(axes, name, (0.5, 0.0), (0.0, 4.0), chosen, color, **more)
     assert first is not None
     write_heads(sheets[0], scene, result, index, words, shown.label, shown.subtitle)
     return first

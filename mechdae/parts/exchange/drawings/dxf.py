@@ -10,10 +10,9 @@ import numpy as np
 from mechdae import __version__
 from mechdae.describe import GROUND, Joint
 from mechdae.describe.joints.curve import follows_curve
-from mechdae.draw.diagram.curves import curve_points
 from mechdae.draw.diagram.places import Place, edges, letters_of, numbers_of, places_of, shape_of
 from mechdae.draw.diagram.scene import DrawnScene, choose_pose, read_scene
-from mechdae.draw.diagram.wheels import circles, rack_span
+from mechdae.draw.diagram.wheels import circles, curve_points, rack_span
 from mechdae.draw.graphs.poles import stretches
 from mechdae.draw.smooth import traced
 from mechdae.errors import UnavailableError
