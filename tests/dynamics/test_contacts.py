@@ -385,6 +385,25 @@ def test_a_block_with_clearance_moves_as_published() -> None:
     assert result.checks["energy"] <= 1e-8
 
 
+@pytest.mark.slow(reason="some hundred impacts of a driven mechanism")
+def test_two_pins_of_a_slider_crank_fly_in_their_bushes() -> None:
+    """A driven crank, one pin that rubs: the audit closes, and nothing is called undecided."""
+    data = slider_crank(until=4e-3)
+    data["joints"]["guide"] = {"kind": "prismatic", "between": ["ground.O", "slider.B"]}
+    data["joints"]["A"] |= {"clearance": 5e-4, "restitution": 0.8, "friction": 0.05,
+                            "pin_radius": 0.01}  # fmt: skip
+    data["joints"]["B"] |= {"clearance": 5e-4, "restitution": 0.8}
+    data["tasks"]["m"] |= {"start": {}, "start_speed": {}}
+    data["tasks"]["m"]["drivers"] = [{"coordinate": "crank.angle", "law": "150*t"}]
+    result = md.solve(from_dict(data), "m")
+    assert {event["joint"] for event in result.events} == {"A", "B"}
+    assert not any("not unique" in note for note in result.summary.get("notes", []))
+    for name in ("A", "B"):
+        assert (result.joints[name].gap >= -1e-12).all()
+        assert result.work[f"impacts.{name}"][-1] < 0
+    assert result.checks["energy"] <= 1e-9
+
+
 def test_a_joint_without_a_restitution_keeps_its_equations() -> None:
     data = disc(0.5, 0.2, 0.1)
     del data["joints"]["A"]["restitution"]

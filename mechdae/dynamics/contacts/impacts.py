@@ -76,7 +76,8 @@ def orders(G: Matrix, before: Floats, e: Floats) -> list[Floats]:
 
     Only contacts that close are put in orders, of many none.
     """
-    closing = np.flatnonzero(before < 0).tolist()
+    room = APART * float(np.abs(before).max(initial=0.0))
+    closing = np.flatnonzero(before < -room).tolist()
     if not 2 <= len(closing) <= MOST:
         return []
     found, others = [], [i for i in range(len(before)) if i not in closing]
@@ -84,7 +85,7 @@ def orders(G: Matrix, before: Floats, e: Floats) -> list[Floats]:
         speeds = before.copy()
         for _ in range(TURNS):
             turns = (*order, *others)
-            first = next((i for i in turns if speeds[i] < -APART * np.abs(before).max()), None)
+            first = next((i for i in turns if speeds[i] < -room), None)
             if first is None:
                 found.append(speeds)
                 break
