@@ -78,7 +78,7 @@ def _check(node: ast.AST, text: str, depth: int) -> None:
             raise UnknownName("function", node.func.id, FUNCTIONS)
         parts = node.args
         _check_count(node.func.id, len(parts), text)
-    elif dotted(node) or _is_number(node):
+    elif dotted(node) or (isinstance(node, ast.Constant) and type(node.value) in (int, float)):
         parts = []
     else:
         raise InputError(
@@ -99,10 +99,6 @@ def _check_count(name: str, count: int, text: str) -> None:
             f"'{shorten(text)}': {name} takes {least}{more} argument{'s' * (least > 1)}, "
             f"here are {count}"
         )
-
-
-def _is_number(node: ast.AST) -> bool:
-    return isinstance(node, ast.Constant) and type(node.value) in (int, float)
 
 
 def dotted(node: ast.AST) -> str:

@@ -87,7 +87,11 @@ def report(
     setup, states = run.setup, run.states
     q, v, a = observer.absolute(states)
     forces = Determined(observer, states, q)
-    _watch_unique(run, forces)
+    there = np.isfinite(run.states.a).all(axis=1)
+    for lifting in run.lifting if there.any() else ():
+        names = lifting.contacts.names
+        open_ = {n for n in names if np.isnan(forces.reactions[n][there]).any(axis=1).all()}
+        lifting.leave_out(open_)
     shown = _Shown(task, run, (q, v, a), forces)
     scalars, work, balance = _energies(run, observer)
     drift, rates = observer.gaps(states, q, v)
@@ -158,15 +162,6 @@ def _mode(task: Motion, run: MotionRun) -> LazyPart:
         return {"mode": chart.label(x), "mode_coordinates": chart.names}
 
     return LazyPart(told)
-
-
-def _watch_unique(run: MotionRun, forces: Determined) -> None:
-    """Leave out one-sided contacts whose reactions are not unique, or not known, at any state."""
-    there = np.isfinite(run.states.a).all(axis=1)
-    for lifting in run.lifting if there.any() else ():
-        names = lifting.contacts.names
-        open_ = {n for n in names if np.isnan(forces.reactions[n][there]).any(axis=1).all()}
-        lifting.leave_out(open_)
 
 
 class _Shown:

@@ -397,17 +397,13 @@ class Released:
             load: Any = self.model.mechanism.loads[name]
             total = sum(power(self.model, wrench), SX(0))
             if name in self.stores:
-                if not _damped(load):
+                if not (isinstance(load, Spring) and load.damping != 0):
                     continue
-                total = self._damping_power(load)
+                c, model = self.loads._number(load, "damping"), self.model
+                speed = ca.jtimes(self._length(load), model.q, model.velocity)
+                total = -c * speed**2
             result[name] = self.moved(total)
         return result
-
-    def _damping_power(self, load: Spring) -> Sym:
-        """Return the power of a spring's damper, <= 0."""
-        c, model = self.loads._number(load, "damping"), self.model
-        speed = ca.jtimes(self._length(load), model.q, model.velocity)
-        return -c * speed**2
 
     def _length(self, load: Spring) -> Sym:
         """Return the length of a spring, or the coordinate it acts on."""
@@ -421,10 +417,6 @@ class Released:
         """Return the power that the laws put in: rate of the energy less that of the loads."""
         whole = self.push - self.mass @ (self.V @ acceleration)
         return -ca.dot(whole, self.qd)
-
-
-def _damped(load: object) -> bool:
-    return isinstance(load, Spring) and load.damping != 0
 
 
 def _broken_line(signal: Signal) -> Sym:

@@ -450,11 +450,6 @@ class InverseDynamics:
         turning = np.divide(speed, length, out=np.zeros_like(speed), where=np.not_equal(length, 0))
         return np.maximum(spin, turning), speed
 
-    @property
-    def _exactly(self) -> Any:
-        """(unknowns, drivers, rates, consts) -> sliding speeds, after a Newton step."""
-        return self.evaluator.graphs.cache(self.key, self._made_exactly)
-
     def _made_exactly(self) -> tuple[Graph, Graph]:
         g = self.evaluator.graphs
 
@@ -473,7 +468,7 @@ class InverseDynamics:
 
     def _settled(self, motion: LoadedPoses) -> tuple[Floats, float]:
         """Return sliding speeds in 80-bit floats, and what is rounding in them."""
-        refine, speeds = self._exactly
+        refine, speeds = self.evaluator.graphs.cache(self.key, self._made_exactly)
         g = self.evaluator.graphs
         consts = np.ones((len(motion), g.consts.numel()), LONG)
         consts[:, : len(self.p)] = self._p(motion)

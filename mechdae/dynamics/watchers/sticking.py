@@ -159,7 +159,8 @@ class Sticking(WaysFromRest):
         for (k, word), value in zip(watched, values(t[:1, None], x[:1], v[:1])[0], strict=True):
             if word not in MOVING and value < 0:  # over its limit from the start
                 return Turn(states[0], k, word in RELEASED, True)
-        self._faster(t, x, v, signs)
+        speeds = np.abs(self._speeds(t[:, None], x, v, signs)[0]) / self._sizes()
+        self._fastest = max(self._fastest, float(np.max(speeds, initial=0.0)))
 
         looker = Looker(
             self.integrator, nodes, values, lambda k: self._functions(watched[k : k + 1], signs)
@@ -309,11 +310,6 @@ class Sticking(WaysFromRest):
             "speeds",
             lambda: ca.Function("speeds", k.inputs, [k.locking(*k.inputs)[2][: self.count]]),
         )
-
-    def _faster(self, t: Floats, x: Unknowns, v: Floats, signs: Floats) -> None:
-        """Keep the largest speed of all slips."""
-        speeds = np.abs(self._speeds(t[:, None], x, v, signs)[0]) / self._sizes()
-        self._fastest = max(self._fastest, float(np.max(speeds, initial=0.0)))
 
     def note(self, t: float, turn: Turn, before: Floats, signs: Floats) -> None:
         """Keep what an event changes: all that slip, stick or turn back in that instant."""

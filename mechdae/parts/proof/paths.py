@@ -105,7 +105,8 @@ def path_of(
     if not nodes:
         raise UnavailableError("no certificate is written of a pose at a limit position alone")
     if not zones:
-        nodes = _thinned(nodes)
+        count = min(MOST_NODES, len(nodes) - 1)
+        nodes = [nodes[k * (len(nodes) - 1) // max(count, 1)] for k in range(count + 1)]
     steps = _steps(path, known, zones) if zones else 1
     if steps > MOST_STEPS:
         raise UnavailableError(
@@ -137,15 +138,6 @@ def corners_of(path: Legs, arc: Arc, frames: Frames | SpatialFrames) -> dict[str
     ]
     steps = [{"from": a["at"], "to": b["at"], "bodies": b["bodies"]} for a, b in pairwise(nodes)]
     return nodes[0] | {"steps": steps}
-
-
-def _thinned(nodes: list[Json]) -> list[Json]:
-    """Return the first node, the last one, and so many between that they make `MOST_NODES` steps.
-
-    Nodes lie closer where the way is harder.
-    """
-    count = min(MOST_NODES, len(nodes) - 1)
-    return [nodes[k * (len(nodes) - 1) // max(count, 1)] for k in range(count + 1)]
 
 
 def _steps(path: Path, known: list[tuple[float, Floats]], zones: dict[float, Zone]) -> int:

@@ -58,7 +58,11 @@ class Quantities:
         """
         driven = set(self.result.drivers)
         found: list[Column] = []
-        rates = self._named_rates()
+        rates = [
+            self._named(name, "rate")
+            for name, series in self.result.outputs.items()
+            if "rate" in series and np.isfinite(series["rate"]).any()
+        ]
         first = None if self.result.outputs else self._output()
         if first is not None:
             columns = list(self._part(*first, rates=2))
@@ -128,14 +132,6 @@ class Quantities:
     def outputs(self) -> list[Column]:
         """Return the named outputs."""
         return [self._named(name, "value") for name in self.result.outputs]
-
-    def _named_rates(self) -> list[Column]:
-        """Return the rates of the named outputs that have some."""
-        return [
-            self._named(name, "rate")
-            for name, series in self.result.outputs.items()
-            if "rate" in series and np.isfinite(series["rate"]).any()
-        ]
 
     def _named(self, name: str, word: str) -> Column:
         unit = self.result.unit("outputs", name, word)

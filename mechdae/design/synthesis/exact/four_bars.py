@@ -100,7 +100,10 @@ def four_bars_through(
     """
     points, given = np.asarray(targets, float), dict(given or {})
     check_path(points, given)
-    given = _cartesian(given)
+    if {"pivot_x", "pivot_y", "ground", "turn"} <= set(given):
+        ground, turn = given.pop("ground"), given.pop("turn")
+        given["other_x"] = given["pivot_x"] + ground * np.cos(turn)
+        given["other_y"] = given["pivot_y"] + ground * np.sin(turn)
     places = points[:, 0] + 1j * points[:, 1]
     middle, size = scale_of(places)
     generic = paths(len(places), tuple(sorted(given)))
@@ -125,15 +128,6 @@ def four_bars_through(
         designs.append(linkage(pivot, other, first, second, places))
     designs.sort(key=lambda made: made.lengths.tolist())
     return CountedFourBars(tuple(designs), every)
-
-
-def _cartesian(given: dict[str, float]) -> dict[str, float]:
-    """Return dimensions with the other pivot in place of the whole ground line."""
-    if {"pivot_x", "pivot_y", "ground", "turn"} <= set(given):
-        ground, turn = given.pop("ground"), given.pop("turn")
-        given["other_x"] = given["pivot_x"] + ground * np.cos(turn)
-        given["other_y"] = given["pivot_y"] + ground * np.sin(turn)
-    return given
 
 
 def _usable(z: Complexes, turns: Complexes, given: Mapping[str, float]) -> bool:

@@ -316,7 +316,8 @@ def across(front: Front, b: int, rest: float) -> bool:
         if not (found.meant or missed):
             continue
         if missed and not missed.passes:
-            return _into_missed(front, found, rest)
+            limit = front.path.finders.limits.of_missed(found, front.x, front.sense)
+            return limit is not None and _approach(front, limit, rest)
         distance = sense * (found.s - front.s)
         zone = ZONE * path.largest
         if path.within:
@@ -352,12 +353,6 @@ def go_back(front: Front, place: float) -> list[tuple[float, Floats]]:
     while sense * (front.s - place) > 0 and sense * front.s > last:
         taken.insert(0, path.pop(front.up))
     return taken
-
-
-def _into_missed(front: Front, found: Crossing, rest: float) -> bool:
-    """Follow the path to where branches that nearly meet turn back; return whether it ends."""
-    limit = front.path.finders.limits.of_missed(found, front.x, front.sense)
-    return limit is not None and _approach(front, limit, rest)
 
 
 def _bridged(front: Front, found: Crossing, zone: float, action: str) -> bool:

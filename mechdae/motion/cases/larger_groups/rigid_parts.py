@@ -126,7 +126,11 @@ class GroupParts(ShapedGroup):
             self._sort(joint)
         self.node: dict[str, str] = {name: name for name in (GROUND, *group.bodies)}
         for joint in self.rigid:
-            self._unite(joint)
+            one, other = self.node_of(joint.first_body), self.node_of(joint.second_body)
+            if one == other:
+                raise OtherShape
+            old, new = (one, other) if other == GROUND else (other, one)
+            self.node = {name: new if node == old else node for name, node in self.node.items()}
 
     @property
     def nodes(self) -> list[str]:
@@ -165,13 +169,6 @@ class GroupParts(ShapedGroup):
             self.higher.append(joint)
         else:
             raise OtherShape
-
-    def _unite(self, joint: Joint) -> None:
-        one, other = self.node_of(joint.first_body), self.node_of(joint.second_body)
-        if one == other:
-            raise OtherShape
-        old, new = (one, other) if other == GROUND else (other, one)
-        self.node = {name: new if node == old else node for name, node in self.node.items()}
 
     def node_of(self, body: str) -> str:
         return self.node.get(body, GROUND)

@@ -59,10 +59,6 @@ class Closing:
             bool,
         )
 
-    @property
-    def _residuals(self) -> Batch:
-        return self.graphs.cache("closing", self._equations)
-
     def _equations(self) -> Batch:
         scene, residuals = self.scene, [check.residual for check in self.checks]
         rows = [*residuals, *(self.graphs.blocks[b].F for b in self.blocks)]
@@ -72,7 +68,7 @@ class Closing:
 
     def residuals(self, x: Unknowns, u: Floats, p: Floats) -> Floats:
         """Return the values of all equations, checks first, at poses (n, nx), (n, nu)."""
-        values = self._residuals(x, u, p)[0]
+        values = self.graphs.cache("closing", self._equations)(x, u, p)[0]
         own = values[:, : len(self.checks)]
         turns = np.where(self._still, 2 * np.pi * np.round(own / (2 * np.pi)), 0.0)
         values[:, : len(self.checks)] -= turns

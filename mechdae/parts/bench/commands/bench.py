@@ -21,12 +21,6 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--out", metavar="DIR", help="write bench.json and pictures there")
 
 
-def _design_task(problem: Problem | None) -> str | None:
-    """Return the first task of synthesis; loads what solves it only where there is one."""
-    names = [] if problem is None else list(problem.tasks.items())
-    return next((name for name, task in names if task.kind == "synthesis"), None)
-
-
 @dataclass(frozen=True)
 class Beside:
     """Measurements that are not part of the package, see the folder ``benchmarks``."""
@@ -59,7 +53,8 @@ def run(options: argparse.Namespace, beside: Beside | None = None) -> int:
         moving += measured.add(bench.measure(item, sizes, repeats, others))
     if moving:
         print(bench.table(moving))
-    design = _design_task(problem)
+    names = [] if problem is None else list(problem.tasks.items())
+    design = next((name for name, task in names if task.kind == "synthesis"), None)
     if problem is not None and design is not None:
         measured.add(_starts(problem, design, options))
     released = []
