@@ -19,12 +19,11 @@ from mechdae.describe.file.problem import Problem
 from mechdae.describe.joints.pairs import Revolute
 from mechdae.describe.loads import Torque
 from mechdae.describe.mechanism import Body, Ground, Mechanism
-from mechdae.describe.table import Table
 from mechdae.describe.tasks.kinds import Driver
-from mechdae.describe.tasks.reactions import Reactions
+from mechdae.describe.tasks.motion import Reactions
+from mechdae.describe.values import Table
 from mechdae.forces.force_messages import checks
-from mechdae.forces.pose_forces import PoseForces, solved
-from mechdae.forces.poses import Moving, loaded_run
+from mechdae.forces.poses import Moving, PoseForces, loaded_run, solved
 from mechdae.kernels.run.high_precision import LONG
 from mechdae.motion.kinematics.sweep import run
 from mechdae.parts.bench.kinematics import interleaved

@@ -45,7 +45,7 @@ from mechdae.describe.tasks.kinds import Sweep as Sweep
 from mechdae.describe.tasks.kinds import Task
 from mechdae.describe.tasks.motion import Equilibrium as Equilibrium
 from mechdae.describe.tasks.motion import Motion as Motion
-from mechdae.describe.tasks.reactions import Reactions as Reactions
+from mechdae.describe.tasks.motion import Reactions as Reactions
 from mechdae.describe.tasks.studies import Sensitivity as Sensitivity
 from mechdae.describe.tasks.studies import Study as Study
 from mechdae.describe.tasks.synthesis import Synthesis as Synthesis

@@ -17,8 +17,8 @@ if TYPE_CHECKING:
     from mechdae.describe.file.writing import dumps
     from mechdae.describe.joints.joint import Joint
     from mechdae.describe.mechanism import GROUND, Body, Ground, Mechanism
-    from mechdae.describe.table import Table
     from mechdae.describe.tasks.kinds import Driver, Sweep, Task
+    from mechdae.describe.values import Table
 
 __all__ = [
     "GROUND", "Body", "Driver", "Ground", "Joint", "Mechanism", "Problem", "Sweep", "Table", "Task",
@@ -33,7 +33,7 @@ __getattr__ = lazy_names(
         "mechdae.describe.file.writing": "dumps",
         "mechdae.describe.joints.joint": "Joint",
         "mechdae.describe.mechanism": "GROUND Body Ground Mechanism",
-        "mechdae.describe.table": "Table",
+        "mechdae.describe.values": "Table",
         "mechdae.describe.tasks.kinds": "Driver Sweep Task",
     }
 )

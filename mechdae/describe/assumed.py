@@ -8,7 +8,7 @@ from mechdae.describe.coordinates import coordinate
 from mechdae.describe.loads import Spring
 from mechdae.describe.mechanism import GROUND, TOLERANCE, Mechanism
 from mechdae.describe.tasks.kinds import Driven
-from mechdae.describe.tasks.reactions import Reactions
+from mechdae.describe.tasks.motion import Reactions
 
 
 def usual_speed(mechanism: Mechanism, task: Driven) -> str:

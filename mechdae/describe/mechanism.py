@@ -16,9 +16,8 @@ from typing import TYPE_CHECKING, Any, ClassVar, cast
 from mechdae.describe.expression import CONSTANTS, evaluate, names_in
 from mechdae.describe.joints.joint import Joint
 from mechdae.describe.kinds import KINDS_OF_JOINTS
-from mechdae.describe.table import Table
 from mechdae.describe.units import units_of
-from mechdae.describe.values import NAME, NAME_RULE, Number, Value, empty_table
+from mechdae.describe.values import NAME, NAME_RULE, Number, Table, Value, empty_table
 from mechdae.errors import InputError, MechanismError, MechdaeError, UnavailableError, UnknownName
 from mechdae.records import Record, dataclass, key, optional
 

@@ -6,8 +6,17 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from typing import Any
 
-from mechdae.describe.table import Table
-from mechdae.describe.values import Number, each, entries, number, numbers, pair, sequence, text
+from mechdae.describe.values import (
+    Number,
+    Table,
+    each,
+    entries,
+    number,
+    numbers,
+    pair,
+    sequence,
+    text,
+)
 from mechdae.errors import InputError, MechdaeError
 
 

@@ -16,7 +16,7 @@ from mechdae.describe.coordinates import NamedCoordinate
 from mechdae.describe.joints.joint import Joint
 from mechdae.describe.joints.pairs import Distance
 from mechdae.describe.mechanism import GROUND, Mechanism
-from mechdae.describe.table import Table
+from mechdae.describe.values import Table
 from mechdae.records import dataclass
 
 ROUND = 1e-9

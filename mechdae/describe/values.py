@@ -1,4 +1,4 @@
-"""Frozen descriptions whose fields say what they hold.
+"""Frozen descriptions whose fields say what they hold, and immutable mappings of them.
 
 Each field of a description carries in its metadata the kind of value it takes. That one
 statement serves the check of Python arguments, the reading of problem files and the JSON
@@ -12,12 +12,40 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import field, fields, replace
 from importlib import import_module
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any, NoReturn, Self, TypeVar
 
 from mechdae.describe.expression import evaluate, parse
-from mechdae.describe.table import Table
 from mechdae.errors import InputError, MechdaeError, UnknownName, shorten
 from mechdae.records import Record, dataclass
+
+V = TypeVar("V")
+
+
+class Table(dict[str, V]):
+    """A frozen dict with string keys; the order of entry is kept."""
+
+    __slots__ = ()
+
+    def __hash__(self) -> int:  # type: ignore[override]
+        return hash(frozenset(self.items()))
+
+    def __repr__(self) -> str:
+        return f"Table({super().__repr__()})"
+
+    def __reduce__(self) -> tuple[type[Table[V]], tuple[dict[str, V]]]:
+        return type(self), (dict(self),)
+
+    def with_(self, key: str, value: V) -> Table[V]:
+        """Return a copy in which `key` has `value`."""
+        return Table({**self, key: value})
+
+    def _refuse(self, *_: object, **__: object) -> NoReturn:
+        raise TypeError("a Table does not change; `with_` returns a changed copy")
+
+    if not TYPE_CHECKING:  # which know of a dict what it cannot do as little
+        __setitem__ = __delitem__ = __ior__ = _refuse
+        clear = pop = popitem = setdefault = update = _refuse
+
 
 Number = float | str
 

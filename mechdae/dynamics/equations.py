@@ -35,7 +35,7 @@ from mechdae.kernels.graphs.smooth_friction import Smooth
 from mechdae.kernels.graphs.stepper import Stepper
 from mechdae.kernels.run.functions import Call
 from mechdae.motion.kinematics import prepared
-from mechdae.motion.kinematics.shapes import free_numbers, size_of
+from mechdae.motion.kinematics.prepared import free_numbers, size_of
 from mechdae.numerics.null_space import ZERO, freedoms
 from mechdae.records import dataclass
 from mechdae.types import Floats, Sym, Unknowns

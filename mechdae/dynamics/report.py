@@ -10,8 +10,7 @@ import numpy as np
 from mechdae.describe.assumed import about_motion
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.tasks.motion import Motion, start_values
-from mechdae.dynamics.observe import Observer, States
-from mechdae.dynamics.output_values import Reported
+from mechdae.dynamics.output_values import Observer, Reported, States
 from mechdae.dynamics.rest.chart import Chart
 from mechdae.dynamics.run import MotionRun
 from mechdae.dynamics.unique import Determined

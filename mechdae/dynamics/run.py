@@ -11,7 +11,7 @@ from mechdae.dynamics.endings import Growth, crawling, stalled
 from mechdae.dynamics.equations import MotionProblem
 from mechdae.dynamics.friction_sizes import Creep
 from mechdae.dynamics.integrate import Cut, Integrator, Nodes, NoWay, Watcher
-from mechdae.dynamics.observe import States
+from mechdae.dynamics.output_values import States
 from mechdae.dynamics.start import Start
 from mechdae.dynamics.time_rates import Clock, StepLimit
 from mechdae.dynamics.watchers.events import Crossings, Ranges, Stiffness

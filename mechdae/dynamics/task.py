@@ -15,7 +15,7 @@ from mechdae.dynamics.endings import check_dead_start, feasible
 from mechdae.dynamics.equations import MotionProblem, idle, rubbing, setup
 from mechdae.dynamics.friction_sizes import Creep
 from mechdae.dynamics.integrate import DormandPrince, Integrator
-from mechdae.dynamics.observe import Observer, States, alike
+from mechdae.dynamics.output_values import Observer, States, alike
 from mechdae.dynamics.report import report
 from mechdae.dynamics.rest.linear_system import LinearisedState, LinearSystem
 from mechdae.dynamics.run import MotionRun, OutputStates, integrate

@@ -14,14 +14,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mechdae.dynamics.observe import Observer, States, alike
+from mechdae.dynamics.output_values import Observer, States, alike
 from mechdae.equations.forces.joint_reactions import lock_columns, row_columns
 from mechdae.equations.model import Model
 from mechdae.equations.motion_equations import row_size
 from mechdae.equations.structure_cache import StructureCache
-from mechdae.forces.unique_directions import Orientations
 from mechdae.forces.uniqueness import (
     ForceColumns,
+    Orientations,
     Stressed,
     natural_stresses,
     resultants,

@@ -15,8 +15,7 @@ import numpy as np
 from mechdae.errors import InputError
 from mechdae.forces.formula_changes import ROUNDING, State, fastest, kinks_of
 from mechdae.forces.inverse_dynamics import InverseDynamics
-from mechdae.forces.pose_forces import PoseForces
-from mechdae.forces.poses import Moving
+from mechdae.forces.poses import Moving, PoseForces
 from mechdae.motion.assembly.not_assembled import shown
 from mechdae.motion.continuation.legs import Legs
 from mechdae.numerics.quadrature import NOISE, Substitution, integrate

@@ -15,11 +15,10 @@ from collections.abc import Callable, Mapping
 import numpy as np
 
 from mechdae.describe.assumed import about_blocks, about_bodies, about_inertia, about_springs
-from mechdae.describe.tasks.reactions import Reactions
+from mechdae.describe.tasks.motion import Reactions
 from mechdae.forces.friction_branches import FrictionSolutions
 from mechdae.forces.inverse_dynamics import InverseDynamics
-from mechdae.forces.pose_forces import PoseForces, solved
-from mechdae.forces.poses import Moving
+from mechdae.forces.poses import Moving, PoseForces, solved
 from mechdae.motion.assembly.not_assembled import shown
 from mechdae.motion.continuation.follower import extend
 from mechdae.motion.continuation.path import Path

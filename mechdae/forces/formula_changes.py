@@ -12,8 +12,7 @@ from typing import Any
 import numpy as np
 
 from mechdae.forces.inverse_dynamics import InverseDynamics, LoadedPoses
-from mechdae.forces.pose_forces import PoseForces, solved
-from mechdae.forces.poses import Moving
+from mechdae.forces.poses import Moving, PoseForces, solved
 from mechdae.kernels.graphs.kinetostatics import SPEEDS
 from mechdae.numerics.changes import Guide, arcs_of, changes
 from mechdae.types import Booleans, Floats, Integers

@@ -12,7 +12,7 @@ import numpy as np
 
 from mechdae.describe.named import TIME
 from mechdae.describe.structure import structure_of
-from mechdae.describe.tasks.reactions import Reactions
+from mechdae.describe.tasks.motion import Reactions
 from mechdae.equations.forces.friction import Laws
 from mechdae.equations.forces.generalised import MeshForces
 from mechdae.equations.forces.loads import BOUNDLESS, Loads

@@ -7,10 +7,9 @@ from collections.abc import Mapping
 import numpy as np
 
 from mechdae.describe.named import COMPONENTS
-from mechdae.describe.tasks.reactions import Reactions
+from mechdae.describe.tasks.motion import Reactions
 from mechdae.errors import InputError
-from mechdae.forces.pose_forces import PoseForces, solved
-from mechdae.forces.poses import LoadedRun
+from mechdae.forces.poses import LoadedRun, PoseForces, solved
 from mechdae.forces.series import efforts_of, series_of
 from mechdae.forces.uniqueness import uniqueness
 from mechdae.motion.kinematics import finds

@@ -8,13 +8,12 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from mechdae.describe.tasks.reactions import Reactions
+from mechdae.describe.tasks.motion import Reactions
 from mechdae.equations.model import Model
 from mechdae.forces.friction_branches import some
 from mechdae.forces.inverse_dynamics import InverseDynamics, absolute
-from mechdae.forces.pose_forces import PoseForces
-from mechdae.forces.unique_directions import Orientations, in_axes
-from mechdae.forces.uniqueness import Uniqueness, resultants
+from mechdae.forces.poses import PoseForces
+from mechdae.forces.uniqueness import Orientations, Uniqueness, in_axes, resultants
 from mechdae.motion.kinematics.prepared import Setting
 from mechdae.results import Series
 from mechdae.results.series import Summary

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from mechdae.describe.file.problem import Problem
-from mechdae.describe.tasks.reactions import Reactions
+from mechdae.describe.tasks.motion import Reactions
 from mechdae.equations.forces.friction import Laws
 from mechdae.equations.forces.generalised import MeshForces, massive
 from mechdae.equations.forces.loads import Loads

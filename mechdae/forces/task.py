@@ -13,7 +13,7 @@ import casadi as ca
 import numpy as np
 
 from mechdae.describe.file.problem import Problem
-from mechdae.describe.tasks.reactions import Reactions
+from mechdae.describe.tasks.motion import Reactions
 from mechdae.equations.tree.bars import check_in_space
 from mechdae.errors import InputError
 from mechdae.forces.cycle import cycle
@@ -28,8 +28,7 @@ from mechdae.forces.force_messages import (
 )
 from mechdae.forces.friction_branches import some
 from mechdae.forces.inverse_dynamics import InverseDynamics, LoadedPoses
-from mechdae.forces.pose_forces import PoseForces, solved
-from mechdae.forces.poses import LoadedRun, loaded_run
+from mechdae.forces.poses import LoadedRun, PoseForces, loaded_run, solved
 from mechdae.forces.series import (
     efforts_of,
     jams_of,

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mechdae.describe.table import Table
+from mechdae.describe.values import Table
 from mechdae.errors import UnknownName
 from mechdae.types import Floats
 

@@ -14,7 +14,7 @@ ADDS: Adds = {"tasks": {
         trial=MODES, text=f"{TABLES}.modes:MODES",
     ),
     "reactions": TaskKind(
-        f"{CLASSES}.reactions:Reactions", run="mechdae.forces.task:reactions",
+        f"{CLASSES}.motion:Reactions", run="mechdae.forces.task:reactions",
         show="mechdae.forces.show:reactions_structure",
     ),
     "motion": TaskKind(

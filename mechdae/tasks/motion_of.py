@@ -10,7 +10,7 @@ import numpy as np
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.mechanism import Mechanism
 from mechdae.describe.tasks.kinds import Sweep, Task
-from mechdae.describe.tasks.reactions import Reactions
+from mechdae.describe.tasks.motion import Reactions
 from mechdae.errors import InputError, SolveError
 from mechdae.motion.kinematics.prepared import Run, Setting, prepare
 from mechdae.motion.kinematics.report import report

@@ -17,7 +17,7 @@ from mechdae.design.derivatives.function import function
 from mechdae.errors import InputError, UnknownName
 from mechdae.motion.kinematics.near_poses import NearPoses, near_poses
 from mechdae.motion.kinematics.pose_arrays import PoseArrays, PoseState, floats
-from mechdae.motion.kinematics.shapes import CacheOwner, keep_for
+from mechdae.motion.kinematics.prepared import CacheOwner, keep_for
 from mechdae.motion.kinematics.tracker import Posed, Tracker, posed
 from mechdae.motion.kinematics.tracker import tracker as tracker_of
 from mechdae.results import Result, StudyResult

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import mechdae as md
-from mechdae.describe.table import Table
+from mechdae.describe.values import Table
 from mechdae.errors import MechanismError
 from tests.shared.cams import LONG, PI, largest, slider_crank, turn
 from tests.shared.mechanisms import cam

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import mechdae as md
-from mechdae.describe.table import Table
+from mechdae.describe.values import Table
 from mechdae.tasks.check import check
 from tests.reference.closed_forms import MECHANISMS
 from tests.reference.jets import motion

@@ -11,7 +11,7 @@ import pytest
 import mechdae as md
 from mechdae.describe import drawn as described
 from mechdae.describe.file.load import load as load_file
-from mechdae.describe.table import Table
+from mechdae.describe.values import Table
 from tests.attack import drawn_loops
 from tests.shared.paths import DATA
 

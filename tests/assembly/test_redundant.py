@@ -13,7 +13,7 @@ import pytest
 import mechdae as md
 from mechdae.describe.coordinates import coordinate
 from mechdae.describe.mechanism import Mechanism
-from mechdae.describe.table import Table
+from mechdae.describe.values import Table
 from mechdae.equations.groups import formula
 from mechdae.equations.model import Model
 from mechdae.equations.reduction import scene

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import mechdae as md
-from mechdae.describe.table import Table
+from mechdae.describe.values import Table
 from tests.attack.first_poses_space import SETS, Modes
 from tests.attack.spatial_poses import driver_of
 from tests.attack.spatial_structures import draw, structure

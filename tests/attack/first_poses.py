@@ -20,7 +20,7 @@ import numpy as np
 
 import mechdae as md
 from mechdae.describe.file.load import from_dict
-from mechdae.describe.table import Table
+from mechdae.describe.values import Table
 from tests.attack.exact_sketches import draw, off_sketch
 from tests.reference.nearest_modes import disc_and_guide, planar_modes
 from tests.reference.planar_closure import Closure

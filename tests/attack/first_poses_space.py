@@ -20,8 +20,8 @@ from typing import Any
 import numpy as np
 
 import mechdae as md
-from mechdae.describe.table import Table
-from mechdae.motion.kinematics.shapes import CacheOwner, keep_for
+from mechdae.describe.values import Table
+from mechdae.motion.kinematics.prepared import CacheOwner, keep_for
 from tests.attack.spatial_poses import driver_of
 from tests.attack.spatial_structures import WORDS, Drawn, draw, structure
 from tests.reference.dual_quaternions import TURN, point_of

@@ -22,7 +22,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 import mechdae as md
-from mechdae.motion.kinematics.shapes import CacheOwner, keep_for
+from mechdae.motion.kinematics.prepared import CacheOwner, keep_for
 from tests.attack.spatial_honesty import Case, case
 
 FREEDOMS = {"R": 1, "P": 1, "C": 2, "U": 2, "S": 3}

@@ -237,7 +237,7 @@ SLIPS = [
         SUITE + "test_transmission.py::test_transmission_angle_of_slider_cranks",
     ),
     Slip(
-        "motion.measures.stationary_places",
+        "motion.measures.along_sweep_extremes",
         "return -self.before if",
         "return self.before if",
         extremes,

@@ -294,14 +294,14 @@ SLIPS = [
         SUITE + "test_motion.py::test_pendulum_keeps_energy_and_length",
     ),
     Slip(
-        "dynamics.observe",
+        "dynamics.output_values",
         "found[:, k + 1]",
         "found[:, k]",
         along,
         SUITE + "test_motion.py::test_pendulum_keeps_energy_and_length",
     ),
     Slip(
-        "dynamics.observe",
+        "dynamics.output_values",
         "r.push - r.mass @ (r.V @ a)",
         "r.push + r.mass @ (r.V @ a)",
         released,

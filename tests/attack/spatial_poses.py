@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 
 import mechdae as md
-from mechdae.motion.kinematics.shapes import CacheOwner, keep_for
+from mechdae.motion.kinematics.prepared import CacheOwner, keep_for
 from tests.attack.spatial_structures import Drawn, draw, structure, told
 from tests.reference.dual_quaternions import EXACT, length, moved, point_of, vector_by
 from tests.reference.loop_tracks import tracked

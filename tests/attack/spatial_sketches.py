@@ -22,8 +22,8 @@ from typing import Any
 import numpy as np
 
 import mechdae as md
-from mechdae.describe.table import Table
-from mechdae.motion.kinematics.shapes import CacheOwner, keep_for
+from mechdae.describe.values import Table
+from mechdae.motion.kinematics.prepared import CacheOwner, keep_for
 from tests.attack.spatial_honesty import LOOPS, Case, drawn, error_of
 
 NOISE = 0.2

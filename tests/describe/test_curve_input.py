@@ -10,7 +10,7 @@ import mechdae as md
 from mechdae.describe.file.load import from_dict
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.file.writing import dumps
-from mechdae.describe.table import Table
+from mechdae.describe.values import Table
 from mechdae.errors import MechanismError, MechdaeError
 from mechdae.tasks.show import structure
 from tests.shared.cams import PI

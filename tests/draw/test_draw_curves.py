@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import mechdae as md
-from mechdae.describe.table import Table
+from mechdae.describe.values import Table
 from tests.shared.mechanisms import rod_and_slot
 
 

@@ -7,7 +7,7 @@ import pytest
 import mechdae as md
 from mechdae.cli import main
 from mechdae.describe.expression import evaluate
-from mechdae.describe.table import Table
+from mechdae.describe.values import Table
 from mechdae.errors import InputError, MechdaeError
 from mechdae.tasks.pictures import with_sketch
 

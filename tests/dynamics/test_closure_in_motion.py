@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import mechdae as md
-from mechdae.describe.table import Table
+from mechdae.describe.values import Table
 from mechdae.dynamics.equations import MotionProblem
 from mechdae.errors import AssemblyError, InputError
 from mechdae.numerics.null_space import ZERO

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import mechdae as md
-from mechdae.describe.table import Table
+from mechdae.describe.values import Table
 from tests.shared.spatial_forces import massive
 from tests.shared.spatial_gears import planets, teeth_as_contacts, teeth_of_planets
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import mechdae as md
-from mechdae.describe.table import Table
+from mechdae.describe.values import Table
 from tests.reference.spatial_bodies import rotation
 from tests.shared.turning import G, pinned
 

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import mechdae as md
-from mechdae.describe.table import Table
+from mechdae.describe.values import Table
 from mechdae.parts.exchange.drawings.dxf_read import read_drawing
 from mechdae.parts.exchange.drawings.from_drawing import problem_of_drawing
 from mechdae.tasks.motion_of import motion_of

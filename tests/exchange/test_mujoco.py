@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import mechdae as md
-from mechdae.describe.table import Table
+from mechdae.describe.values import Table
 from mechdae.parts.exchange.robots.link_frames import quaternion
 from mechdae.parts.exchange.robots.mjcf import mjcf
 from mechdae.tasks.motion_of import motion_of

@@ -10,7 +10,7 @@ import pytest
 
 import mechdae as md
 from mechdae.describe.file.load import from_dict
-from mechdae.describe.table import Table
+from mechdae.describe.values import Table
 from tests.attack.held_forces import CLOSE, worst
 from tests.reference.virtual_work import Burden, Frame, along, dyad, efforts, planar
 from tests.shared.held import FAMILIES

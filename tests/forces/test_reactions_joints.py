@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import mechdae as md
-from mechdae.describe.table import Table
+from mechdae.describe.values import Table
 from mechdae.results.tables import table
 from tests.reference.closed_forms import circle_line
 from tests.reference.force_truth import (

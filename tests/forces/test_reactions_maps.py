@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import mechdae as md
-from mechdae.describe.table import Table
+from mechdae.describe.values import Table
 from tests.shared.force_cases import S1, slider_crank
 
 # constant load, friction in the guide alone, crank drives: published values for both rods

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import mechdae as md
-from mechdae.describe.table import Table
+from mechdae.describe.values import Table
 from tests.reference.spatial_bodies import rotation
 from tests.shared.space import bennett, reference, rssr
 from tests.shared.spatial_forces import massive, place

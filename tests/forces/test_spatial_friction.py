@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import mechdae as md
-from mechdae.describe.table import Table
+from mechdae.describe.values import Table
 from tests.attack.spatial_honesty import case
 from tests.shared.paths import DATA
 from tests.shared.space import bennett, numbers, off, reference, rssp

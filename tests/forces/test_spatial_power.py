@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import mechdae as md
-from mechdae.describe.table import Table
+from mechdae.describe.values import Table
 from tests.attack.spatial_honesty import case
 from tests.reference.spatial_bodies import rotation
 from tests.shared.spatial_forces import GRAVITY, massive

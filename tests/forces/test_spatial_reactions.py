@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import mechdae as md
-from mechdae.describe.table import Table
+from mechdae.describe.values import Table
 from tests.attack.spatial_honesty import case, platform, random_turn
 from tests.shared.space import bennett, numbers, off, reference, rssr, sarrus
 from tests.shared.spatial_forces import massive, pose_of

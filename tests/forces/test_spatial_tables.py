@@ -14,7 +14,7 @@ import pytest
 
 import mechdae as md
 from mechdae.cli import main
-from mechdae.describe.table import Table
+from mechdae.describe.values import Table
 from tests.attack.spatial_honesty import case
 from tests.shared.spatial_forces import massive, pose_of
 

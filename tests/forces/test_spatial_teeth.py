@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import mechdae as md
-from mechdae.describe.table import Table
+from mechdae.describe.values import Table
 from tests.attack.spatial_honesty import random_turn
 from tests.shared.spatial_forces import massive
 from tests.shared.spatial_gears import ALPHA, planets, teeth_as_contacts, teeth_of_planets

@@ -11,7 +11,7 @@ import pytest
 
 import mechdae as md
 from mechdae.describe.file.load import from_dict
-from mechdae.describe.table import Table
+from mechdae.describe.values import Table
 from mechdae.parts.proof import as_json
 from mechdae.tasks.show import structure
 from tests.shared.space import numbers, off, reference

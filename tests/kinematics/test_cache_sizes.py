@@ -8,8 +8,7 @@ import casadi as ca
 
 import mechdae as md
 from mechdae.equations.structure_cache import StructureCache
-from mechdae.motion.kinematics.prepared import prepare
-from mechdae.motion.kinematics.shapes import size_of
+from mechdae.motion.kinematics.prepared import prepare, size_of
 
 
 def test_caches_of_what_is_held_are_counted() -> None:

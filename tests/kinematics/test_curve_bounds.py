@@ -9,7 +9,7 @@ import pytest
 
 import mechdae as md
 from mechdae.describe.file.problem import Problem
-from mechdae.describe.table import Table
+from mechdae.describe.values import Table
 from mechdae.motion.kinematics.prepared import prepare
 from mechdae.motion.kinematics.report import report
 from mechdae.motion.kinematics.sweep import run

@@ -10,7 +10,7 @@ import pytest
 
 import mechdae as md
 from mechdae.describe.file.problem import Problem
-from mechdae.describe.table import Table
+from mechdae.describe.values import Table
 from mechdae.tasks.check import validate
 from tests.shared.cams import LONG, PI, largest, slider_crank, turn
 from tests.shared.mechanisms import SPEED, cam, rod_and_slot

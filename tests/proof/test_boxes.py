@@ -21,7 +21,7 @@ flint = pytest.importorskip("flint", reason="python-flint is not installed")
 from mechdae.parts.proof.checker import FalseClaim, mechanism_of  # noqa: E402
 from mechdae.parts.proof.checker import boxes as all_boxes  # noqa: E402
 from mechdae.parts.proof.checker.arithmetic import exact  # noqa: E402
-from mechdae.parts.proof.checker.counts_by_boxes import PROOFS, mode_in_balls  # noqa: E402
+from mechdae.parts.proof.checker.counts import PROOFS, mode_in_balls  # noqa: E402
 
 TURNS = {"bennett": 1, "bricard": 2, "sarrus": 4, "flyball-governor": 4}
 """Modes: Bennett's, with the driver given (Bennett 1903); the orthogonal Bricard, two; Sarrus, each

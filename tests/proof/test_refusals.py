@@ -19,8 +19,7 @@ from tests.shared.certified import certificate, checked, refusal
 
 flint = pytest.importorskip("flint", reason="python-flint is not installed")
 from mechdae.parts.proof.checker import mechanism_of  # noqa: E402
-from mechdae.parts.proof.checker.boxes import Boxes  # noqa: E402
-from mechdae.parts.proof.checker.legs import LegBoxes  # noqa: E402
+from mechdae.parts.proof.checker.boxes import Boxes, LegBoxes  # noqa: E402
 from mechdae.parts.proof.checker.space import rotation  # noqa: E402
 
 CHECKER = "mechdae.parts.proof.checker"

@@ -15,8 +15,8 @@ from typing import Any, TypeAlias
 import numpy as np
 
 import mechdae as md
-from mechdae.describe.table import Table
 from mechdae.describe.tasks.goals import Minimise
+from mechdae.describe.values import Table
 from mechdae.design.synthesis.search import Search
 from mechdae.design.synthesis.verify import Design, sketched
 from mechdae.parts.exchange.robots.link_frames import of_quaternion

@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 import mechdae as md
-from mechdae.describe.table import Table
+from mechdae.describe.values import Table
 from tests.attack import first_poses
 from tests.attack.exact_sketches import draw
 from tests.attack.loops_of_pairs import mechanism_of, off, portion

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 import mechdae as md
-from mechdae.describe.table import Table
+from mechdae.describe.values import Table
 from mechdae.tasks.motion_of import ExportedMotion, motion_of
 
 

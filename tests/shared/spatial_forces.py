@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 import mechdae as md
-from mechdae.describe.table import Table
+from mechdae.describe.values import Table
 from tests.reference.spatial_bodies import Contact, FreeBody, Pose, bar, rigid, rotation, wrenches
 
 GRAVITY = (1.1, -2.3, -9.4)

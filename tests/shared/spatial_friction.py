@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 import mechdae as md
-from mechdae.describe.table import Table
+from mechdae.describe.values import Table
 from tests.shared.spatial_forces import orientation_of_axis
 
 

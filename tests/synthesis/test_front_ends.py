@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import mechdae as md
-from mechdae.describe.table import Table
 from mechdae.describe.tasks.goals import Minimise
+from mechdae.describe.values import Table
 from mechdae.design.synthesis import pareto as front
 from mechdae.design.synthesis.fronts import census, holes, missing
 from mechdae.design.synthesis.nlp import kinked, rounded

@@ -13,8 +13,8 @@ import mechdae as md
 from mechdae.describe.file import library
 from mechdae.describe.file.load import from_dict
 from mechdae.describe.file.problem import Problem
-from mechdae.describe.table import Table
 from mechdae.describe.tasks.shaking import shaking_paths, with_shaking
+from mechdae.describe.values import Table
 from tests.attack.spatial_honesty import case
 from tests.shared.space import reference, rssr
 from tests.shared.spatial_forces import massive, pose_of

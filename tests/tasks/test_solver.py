@@ -13,8 +13,7 @@ import pytest
 
 import mechdae as md
 from mechdae.errors import InputError
-from mechdae.motion.kinematics.prepared import SHAPES
-from mechdae.motion.kinematics.shapes import CacheOwner, Shapes, keep_for
+from mechdae.motion.kinematics.prepared import SHAPES, CacheOwner, Shapes, keep_for
 from mechdae.motion.kinematics.tracker import posed
 
 KINDS = [

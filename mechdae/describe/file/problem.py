@@ -10,9 +10,8 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from mechdae.describe import values
 from mechdae.describe.mechanism import Mechanism
-from mechdae.describe.table import Table
 from mechdae.describe.tasks.kinds import Task
-from mechdae.describe.values import Number, Value
+from mechdae.describe.values import Number, Table, Value
 from mechdae.errors import InputError, MechdaeError, UnknownName
 from mechdae.records import Record, dataclass, key, optional
 

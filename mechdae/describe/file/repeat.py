@@ -15,8 +15,7 @@ from typing import TYPE_CHECKING, Any
 from mechdae.describe.expression import evaluate, names_in
 from mechdae.describe.file.reading import plain, split_unit
 from mechdae.describe.mechanism import MAX_BODIES
-from mechdae.describe.table import Table
-from mechdae.describe.values import NAME, NAME_RULE, Number, describe, free
+from mechdae.describe.values import NAME, NAME_RULE, Number, Table, describe, free
 from mechdae.errors import InputError, MechdaeError, UnknownName, shorten
 from mechdae.records import dataclass
 

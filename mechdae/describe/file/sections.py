@@ -19,9 +19,9 @@ from mechdae.describe.file.units import check_units, degrees_beside, written_uni
 from mechdae.describe.joints.joint import Joint
 from mechdae.describe.kinds import JOINTS, KINDS_OF_JOINTS, LOADS, SPATIAL_JOINTS
 from mechdae.describe.mechanism import TOLERANCE, Body, Ground, Mechanism
-from mechdae.describe.table import Table
 from mechdae.describe.tasks.kinds import TASKS, Task
 from mechdae.describe.units import UNITS
+from mechdae.describe.values import Table
 from mechdae.errors import InputError, MechdaeError, UnavailableError, UnknownName
 
 if TYPE_CHECKING:

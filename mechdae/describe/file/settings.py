@@ -22,9 +22,8 @@ from mechdae.describe.mechanism import (
     Mechanism,
     check_values,
 )
-from mechdae.describe.table import Table
 from mechdae.describe.tasks.kinds import Driven, Task
-from mechdae.describe.values import Number
+from mechdae.describe.values import Number, Table
 from mechdae.errors import InputError, MechdaeError, UnknownName
 
 

@@ -14,8 +14,8 @@ from typing import Any
 
 from mechdae.describe.loads import TableLoad
 from mechdae.describe.mechanism import Mechanism
-from mechdae.describe.table import Table
 from mechdae.describe.tasks.kinds import Driver, Task
+from mechdae.describe.values import Table
 from mechdae.errors import InputError, MechdaeError, UnknownName, shorten
 
 MAX_BYTES = 10_000_000

@@ -23,10 +23,9 @@ from mechdae.describe.file.units import RATES
 from mechdae.describe.joints.joint import Joint
 from mechdae.describe.loads import TableLoad
 from mechdae.describe.mechanism import TOLERANCE, Mechanism
-from mechdae.describe.table import Table
 from mechdae.describe.tasks.kinds import Task
 from mechdae.describe.units import UNITS
-from mechdae.describe.values import NAME, Value
+from mechdae.describe.values import NAME, Table, Value
 from mechdae.describe.vectors.typed import typed as loops_of
 from mechdae.describe.vectors.typed import without_aliases
 from mechdae.describe.vectors.values import Closure

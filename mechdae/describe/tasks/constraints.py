@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from mechdae.describe.coordinates import coordinate
 from mechdae.describe.file.reading import Nested, nest, read
 from mechdae.describe.mechanism import GROUND
-from mechdae.describe.table import Table
 from mechdae.describe.tasks.goals import (
     REDUCTIONS,
     Minimise,
@@ -18,7 +17,7 @@ from mechdae.describe.tasks.goals import (
     known_point,
     planar_only,
 )
-from mechdae.describe.values import COERCE, Value, describe, entries, numbers, text
+from mechdae.describe.values import COERCE, Table, Value, describe, entries, numbers, text
 from mechdae.errors import InputError
 from mechdae.records import dataclass, key, optional
 

@@ -20,8 +20,7 @@ from mechdae.describe.coordinates import coordinate
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.mechanism import MOMENTS, Body, Mechanism
 from mechdae.describe.spinning_links import IdleLink, idle_links, points_of
-from mechdae.describe.table import Table
-from mechdae.describe.values import Number
+from mechdae.describe.values import Number, Table
 from mechdae.errors import InputError
 
 if TYPE_CHECKING:

@@ -10,7 +10,6 @@ from mechdae.describe.coordinates import coordinate
 from mechdae.describe.expression import names_in
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.mechanism import Mechanism
-from mechdae.describe.table import Table
 from mechdae.describe.tasks.constraints import (
     Bounds,
     Choices,
@@ -24,7 +23,7 @@ from mechdae.describe.tasks.goals import Asked, Extreme, GoalDescription, Rocker
 from mechdae.describe.tasks.kinds import Sweep, Task
 from mechdae.describe.tasks.motion import Equilibrium, Motion
 from mechdae.describe.tasks.studies import half_widths
-from mechdae.describe.values import Number, evaluated
+from mechdae.describe.values import Number, Table, evaluated
 from mechdae.errors import InputError, MechdaeError
 from mechdae.records import dataclass, optional
 

@@ -11,8 +11,7 @@ from mechdae.describe.expression import evaluate
 from mechdae.describe.joints.joint import Joint
 from mechdae.describe.joints.pairs import PinInSlot, Prismatic, Revolute
 from mechdae.describe.mechanism import GROUND, Body, Ground, Mechanism, by_name, evaluate_all
-from mechdae.describe.table import Table
-from mechdae.describe.values import Number, numbers_by_coordinate, numbers_by_name
+from mechdae.describe.values import Number, Table, numbers_by_coordinate, numbers_by_name
 from mechdae.describe.vectors.in_space import PointLoops, planar_only
 from mechdae.describe.vectors.links import FIXED, Link, VectorDirections, VectorLinks
 from mechdae.describe.vectors.nodes import (

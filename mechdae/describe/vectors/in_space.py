@@ -12,8 +12,7 @@ from mechdae.describe.expression import evaluate
 from mechdae.describe.joints.joint import Joint
 from mechdae.describe.joints.spatial import OF_VECTORS, Pointer, Spherical
 from mechdae.describe.mechanism import GROUND, Body, Ground
-from mechdae.describe.table import Table
-from mechdae.describe.values import Number
+from mechdae.describe.values import Number, Table
 from mechdae.describe.vectors.nodes import (
     HEAD,
     TAIL,

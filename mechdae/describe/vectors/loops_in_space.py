@@ -12,8 +12,7 @@ from mechdae.describe.file.problem import Problem
 from mechdae.describe.joints.joint import Joint
 from mechdae.describe.joints.spatial import SpatialJoint, largest
 from mechdae.describe.mechanism import GROUND, Mechanism
-from mechdae.describe.table import Table
-from mechdae.describe.values import Number
+from mechdae.describe.values import Number, Table
 from mechdae.describe.vectors.expand import from_loops
 from mechdae.describe.vectors.nodes import HEAD, TAIL, Merged
 from mechdae.describe.vectors.values import Node, Vector, add, less, negative

@@ -12,9 +12,8 @@ from mechdae.describe.file.load import Source, given
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.joints.joint import Joint
 from mechdae.describe.mechanism import GROUND, Body, Ground, Mechanism
-from mechdae.describe.table import Table
 from mechdae.describe.tasks.kinds import Driven, Task
-from mechdae.describe.values import Number
+from mechdae.describe.values import Number, Table
 from mechdae.describe.vectors.expand import FRICTION, from_loops, slide_of
 from mechdae.describe.vectors.loops_in_space import SpatialLoops, bare, joined, shortest_cycles
 from mechdae.describe.vectors.nodes import HEAD, TAIL, Merged, in_order, meeting, signed

@@ -6,8 +6,7 @@ import re
 from dataclasses import replace
 
 from mechdae.describe.mechanism import Mechanism
-from mechdae.describe.table import Table
-from mechdae.describe.values import Number
+from mechdae.describe.values import Number, Table
 from mechdae.describe.vectors.expand import from_loops
 from mechdae.describe.vectors.values import Closure
 from mechdae.errors import MechdaeError

@@ -9,8 +9,7 @@ from typing import Any
 
 from mechdae.describe.expression import evaluate, names_in
 from mechdae.describe.joints.joint import SIDES, Joint
-from mechdae.describe.table import Table
-from mechdae.describe.values import NAME, Number, Value
+from mechdae.describe.values import NAME, Number, Table, Value
 from mechdae.errors import InputError
 from mechdae.records import dataclass, key, optional
 

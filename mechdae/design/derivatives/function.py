@@ -21,7 +21,7 @@ from mechdae.describe.file.problem import Problem
 from mechdae.describe.mechanism import Mechanism
 from mechdae.describe.structure import structure_of
 from mechdae.describe.tasks.kinds import Driver, Sweep, Task
-from mechdae.describe.tasks.reactions import Reactions
+from mechdae.describe.tasks.motion import Reactions
 from mechdae.describe.values import Number, names
 from mechdae.design.derivatives.composed import Composed, is_series, without_expressions
 from mechdae.errors import InputError, MechdaeError, UnknownName, within

@@ -16,7 +16,7 @@ from mechdae.describe.file.load import from_dict
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.file.writing import alone
 from mechdae.describe.tasks.kinds import Sweep, Task
-from mechdae.describe.tasks.reactions import Reactions
+from mechdae.describe.tasks.motion import Reactions
 from mechdae.design.derivatives.figures import figure, is_figure
 from mechdae.design.jobs.distribute import Failure
 from mechdae.design.studies.batches.batch import SERIES, SeriesBatch

@@ -20,8 +20,7 @@ from mechdae.describe.expression import build, names_in
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.mechanism import evaluate_all
 from mechdae.describe.tasks.kinds import Driver, Sweep
-from mechdae.describe.tasks.motion import Equilibrium, Motion
-from mechdae.describe.tasks.reactions import Reactions
+from mechdae.describe.tasks.motion import Equilibrium, Motion, Reactions
 from mechdae.describe.tasks.studies import Sensitivity, Study, half_widths
 from mechdae.design.derivatives import figures
 from mechdae.design.derivatives.composed import Composed, is_series, without_expressions

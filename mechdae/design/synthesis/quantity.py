@@ -13,7 +13,7 @@ import numpy as np
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.tasks.goals import Extreme
 from mechdae.describe.tasks.kinds import Sweep
-from mechdae.describe.tasks.reactions import Reactions
+from mechdae.describe.tasks.motion import Reactions
 from mechdae.describe.tasks.shaking import WORDS, shaking_paths
 from mechdae.design.derivatives.composed import INPUT, SERIES, Composed, is_series
 from mechdae.equations.parameters import parameters_of

@@ -16,10 +16,10 @@ from mechdae.describe.coordinates import Selection, coordinate
 from mechdae.describe.file.load import from_dict
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.file.writing import in_units
-from mechdae.describe.table import Table
 from mechdae.describe.tasks.constraints import Box
 from mechdae.describe.tasks.kinds import Driver, Sweep, Task
 from mechdae.describe.tasks.synthesis import Synthesis
+from mechdae.describe.values import Table
 from mechdae.design.synthesis.poses import dimensions
 from mechdae.design.synthesis.space import DesignSpace
 from mechdae.design.synthesis.verification.design_file import TURN, DesignFile, driven

@@ -18,7 +18,7 @@ from mechdae.dynamics.contacts.gaps import BUSH
 from mechdae.dynamics.contacts.impacts import LAWS, RubbingImpacts, unique
 from mechdae.dynamics.equations import DRIVERS, IMPACTS, MotionProblem
 from mechdae.dynamics.integrate import ContactEvent, Cut, Integrator, Nodes, NoWay
-from mechdae.dynamics.observe import States
+from mechdae.dynamics.output_values import States
 from mechdae.dynamics.watchers.zeros import Looker, Sign, Values, changes
 from mechdae.errors import InputError, MechanismError
 from mechdae.results import Event, motion_event

@@ -8,8 +8,7 @@ from mechdae.describe.assumed import about_motion
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.tasks.motion import Equilibrium, start_values
 from mechdae.dynamics.equations import MotionProblem, as_motion, idle, setup
-from mechdae.dynamics.observe import Observer, States
-from mechdae.dynamics.output_values import Reported
+from mechdae.dynamics.output_values import Observer, Reported, States
 from mechdae.dynamics.rest.all_equilibria import Rest, Rests
 from mechdae.dynamics.rest.balance import EquilibriumEquations
 from mechdae.dynamics.rest.chart import Chart

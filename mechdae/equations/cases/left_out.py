@@ -9,7 +9,7 @@ from mechdae.describe.coordinates import Selection, coordinate
 from mechdae.describe.mechanism import GROUND, Mechanism
 from mechdae.describe.named import bodies_of
 from mechdae.describe.spinning_links import rollers
-from mechdae.describe.table import Table
+from mechdae.describe.values import Table
 from mechdae.equations.groups import Group, assur_groups, body_numbers
 from mechdae.equations.model import Model, Row
 

@@ -18,7 +18,7 @@ from mechdae.describe.joints.bearings import bearings
 from mechdae.describe.joints.joint import Joint
 from mechdae.dynamics.equations import MotionProblem
 from mechdae.dynamics.integrate import Integrator, Nodes
-from mechdae.dynamics.observe import Observer, States
+from mechdae.dynamics.output_values import Observer, States
 from mechdae.dynamics.watchers.zeros import DEGREE, Looker, fitted
 from mechdae.equations.forces.friction import tangent_of
 from mechdae.equations.joints import Ends
@@ -26,14 +26,12 @@ from mechdae.equations.model import Model
 from mechdae.equations.space import left
 from mechdae.forces.formula_changes import SAMPLES, State
 from mechdae.forces.inverse_dynamics import InverseDynamics, LoadedPoses, absolute
-from mechdae.forces.pose_forces import PoseForces
-from mechdae.forces.poses import Moving
+from mechdae.forces.poses import Moving, PoseForces
 from mechdae.forces.uniqueness import Uniqueness
 from mechdae.kernels.run.functions import Batch
 from mechdae.motion.assembly.not_assembled import shown
 from mechdae.motion.continuation.legs import Legs
-from mechdae.numerics.changes import arcs_of, changes
-from mechdae.numerics.least import narrowed
+from mechdae.numerics.changes import arcs_of, changes, narrowed
 from mechdae.records import dataclass
 from mechdae.results import Event, motion_event
 from mechdae.types import Booleans, Floats, Integers, Json, Matrices, Points, Sym, Unknowns

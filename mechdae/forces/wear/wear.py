@@ -33,12 +33,10 @@ from mechdae.equations.model import Model
 from mechdae.forces.cycle import interval
 from mechdae.forces.formula_changes import SAMPLES, State, fastest, kinks_of
 from mechdae.forces.inverse_dynamics import InverseDynamics, Loaded, LoadedPoses
-from mechdae.forces.pose_forces import PoseForces
-from mechdae.forces.poses import LoadedRun
+from mechdae.forces.poses import LoadedRun, PoseForces
 from mechdae.forces.uniqueness import Uniqueness
 from mechdae.kernels.graphs.kinetostatics import SPEEDS
-from mechdae.numerics.changes import Guide
-from mechdae.numerics.least import narrowed
+from mechdae.numerics.changes import Guide, narrowed
 from mechdae.numerics.quadrature import Substitution, integrate
 from mechdae.records import dataclass
 from mechdae.results.series import LazyPart, Summary

@@ -19,10 +19,9 @@ from mechdae.equations.groups import Group
 from mechdae.kernels.graphs.blocks import BlockGraph
 from mechdae.kernels.graphs.steps import Graphs
 from mechdae.kernels.run.functions import Local, local
-from mechdae.motion.assembly.choosers import Chooser
 from mechdae.motion.assembly.closure import NoPose
 from mechdae.motion.assembly.elimination import BlockSolver, angle_slopes
-from mechdae.motion.assembly.mode_labels import ModeLabels
+from mechdae.motion.assembly.mode_labels import Chooser, ModeLabels
 from mechdae.motion.assembly.nearest_mode import Nearest, Sketched
 from mechdae.motion.assembly.turns.block_turns import BlockTurns, put
 from mechdae.motion.setup.drivers import Sketch

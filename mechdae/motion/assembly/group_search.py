@@ -17,9 +17,9 @@ from mechdae.additions import of_cases
 from mechdae.describe.coordinate_kinds import LENGTH
 from mechdae.equations.groups import Group, own_freedom
 from mechdae.kernels.run.functions import local
-from mechdae.motion.assembly.choosers import Assembling
 from mechdae.motion.assembly.closure import Gap, NoPose
 from mechdae.motion.assembly.idle_freedom import free_poses, moving
+from mechdae.motion.assembly.mode_labels import Assembling
 from mechdae.motion.assembly.nearest_mode import Sketched
 from mechdae.motion.assembly.other_forms import Solutions
 from mechdae.motion.assembly.sketch_as_pose import own_pose

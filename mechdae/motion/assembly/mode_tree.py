@@ -19,9 +19,8 @@ import numpy as np
 from mechdae.equations.groups import Group
 from mechdae.errors import UnavailableError
 from mechdae.kernels.run.functions import local
-from mechdae.motion.assembly.choosers import Assembling
 from mechdae.motion.assembly.closure import NoPose
-from mechdae.motion.assembly.mode_labels import ModeLabels
+from mechdae.motion.assembly.mode_labels import Assembling, ModeLabels
 from mechdae.motion.assembly.nearest_mode import Sketched
 from mechdae.records import dataclass
 from mechdae.types import Floats

@@ -24,8 +24,8 @@ from mechdae.equations.groups import Group
 from mechdae.equations.reduction import Scene
 from mechdae.errors import UnavailableError
 from mechdae.kernels.run.functions import Local, local
-from mechdae.motion.assembly.choosers import Assembling
 from mechdae.motion.assembly.closure import NoPose
+from mechdae.motion.assembly.mode_labels import Assembling
 from mechdae.motion.setup.scales import driver_size
 from mechdae.records import dataclass
 from mechdae.types import Booleans, Floats, Sym, Unknowns

@@ -26,7 +26,7 @@ import numpy as np
 
 from mechdae.kernels.bounds.walk import NoMajorant, majorant
 from mechdae.kernels.run.functions import Batch, Call
-from mechdae.motion.assembly.choosers import Chooser
+from mechdae.motion.assembly.mode_labels import Chooser
 from mechdae.motion.assembly.multistart import BlockSearch
 from mechdae.motion.assembly.turns.winding import turns_at_most
 from mechdae.records import dataclass

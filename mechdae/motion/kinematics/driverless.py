@@ -15,9 +15,8 @@ import numpy as np
 from mechdae.describe.coordinates import NamedCoordinate, coordinate, named_coordinate
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.mechanism import GROUND
-from mechdae.describe.table import Table
 from mechdae.describe.tasks.kinds import Driven, Driver, Sweep
-from mechdae.describe.values import Number
+from mechdae.describe.values import Number, Table
 from mechdae.motion.assembly import start
 from mechdae.motion.kinematics.prepared import Setting, prepare
 from mechdae.types import Floats, Matrix

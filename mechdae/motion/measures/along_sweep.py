@@ -15,10 +15,9 @@ from mechdae.errors import InputError, UnavailableError
 from mechdae.motion.continuation.evaluate import Evaluator, Poses
 from mechdae.motion.continuation.path import Path
 from mechdae.motion.measures import bars, centres, curve, ratios, screws, transmission
-from mechdae.motion.measures.along_sweep_extremes import Course, courses, quantities
+from mechdae.motion.measures.along_sweep_extremes import AT_REST, Course, courses, quantities
 from mechdae.motion.measures.dwell import dwells
 from mechdae.motion.measures.measured import OF_POSES, Measured
-from mechdae.motion.measures.stationary_places import AT_REST
 from mechdae.motion.measures.strokes import time_ratios
 from mechdae.motion.measures.track import Track
 from mechdae.motion.setup.outputs import Outputs, Request

@@ -18,7 +18,7 @@ import numpy as np
 from mechdae.describe.mechanism import GROUND
 from mechdae.equations.groups import Group
 from mechdae.equations.reduction import Scene
-from mechdae.motion.measures.stationary_places import AT_REST
+from mechdae.motion.measures.along_sweep_extremes import AT_REST
 from mechdae.motion.measures.track import Sample, Track
 from mechdae.motion.measures.transmission import PREFIX, angles_of, summary_of
 from mechdae.motion.setup.outputs import Outputs, Request

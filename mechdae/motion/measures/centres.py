@@ -15,8 +15,7 @@ import numpy as np
 from mechdae.describe.mechanism import GROUND
 from mechdae.equations.reduction import Scene
 from mechdae.errors import InputError
-from mechdae.motion.measures.along_sweep_extremes import travel
-from mechdae.motion.measures.stationary_places import AT_REST, stops
+from mechdae.motion.measures.along_sweep_extremes import AT_REST, stops, travel
 from mechdae.motion.measures.track import SAME, Track
 from mechdae.motion.setup.outputs import Outputs, Request
 from mechdae.types import Floats, Json, Points

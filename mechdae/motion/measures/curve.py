@@ -7,8 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.motion.measures.along_sweep_extremes import travel
-from mechdae.motion.measures.stationary_places import AT_REST
+from mechdae.motion.measures.along_sweep_extremes import AT_REST, travel
 from mechdae.motion.measures.track import KNOWN, SAME, Family, Piece, Sample, Track
 from mechdae.motion.setup.outputs import Outputs, ReportedQuantity
 from mechdae.numerics.quadrature import KRONROD, PLACES, Substitution, integrate

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from mechdae.motion.measures.along_sweep_extremes import Course
-from mechdae.motion.measures.stationary_places import stops
+from mechdae.motion.measures.along_sweep_extremes import Course, stops
 from mechdae.motion.measures.track import SAME, TURN, Piece, Sample, Track
 from mechdae.types import Floats, Json
 

@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from mechdae.describe.coordinates import NamedCoordinate
-from mechdae.motion.measures.along_sweep_extremes import quantities
-from mechdae.motion.measures.stationary_places import AT_REST
+from mechdae.motion.measures.along_sweep_extremes import AT_REST, quantities
 from mechdae.motion.setup.outputs import Outputs
 from mechdae.types import Floats
 

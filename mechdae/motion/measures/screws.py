@@ -17,8 +17,8 @@ import numpy as np
 from mechdae.describe.mechanism import GROUND
 from mechdae.equations.reduction import Scene
 from mechdae.errors import InputError
+from mechdae.motion.measures.along_sweep_extremes import AT_REST
 from mechdae.motion.measures.centres import FAR, MOST, bodies_of
-from mechdae.motion.measures.stationary_places import AT_REST
 from mechdae.motion.setup.outputs import Outputs, Request
 from mechdae.records import dataclass
 from mechdae.types import Floats, Matrix

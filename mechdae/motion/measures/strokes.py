@@ -6,8 +6,7 @@ import math
 
 import numpy as np
 
-from mechdae.motion.measures.along_sweep_extremes import ReportedScalar, travel
-from mechdae.motion.measures.stationary_places import AT_REST, stops
+from mechdae.motion.measures.along_sweep_extremes import AT_REST, ReportedScalar, stops, travel
 from mechdae.motion.measures.track import SAME, TURN, Piece, Track
 from mechdae.types import Floats, Json
 

@@ -18,8 +18,7 @@ import numpy as np
 from mechdae.describe.mechanism import GROUND
 from mechdae.equations.groups import Group
 from mechdae.equations.reduction import Scene
-from mechdae.motion.measures.along_sweep_extremes import TIE
-from mechdae.motion.measures.stationary_places import AT_REST
+from mechdae.motion.measures.along_sweep_extremes import AT_REST, TIE
 from mechdae.motion.measures.track import SAME, Sample, Track
 from mechdae.motion.setup.outputs import Outputs, Request
 from mechdae.records import dataclass

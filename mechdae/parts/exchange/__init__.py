@@ -7,13 +7,11 @@ from typing import TYPE_CHECKING
 from mechdae.additions import lazy_names
 
 if TYPE_CHECKING:
-    from mechdae.parts.exchange.formats import Exported, export
-    from mechdae.parts.exchange.sources import read_drawing
+    from mechdae.parts.exchange.formats import Exported, export, read_drawing
 
 __all__ = ["Exported", "export", "read_drawing"]
 __getattr__ = lazy_names(
     {
-        "mechdae.parts.exchange.formats": "Exported export",
-        "mechdae.parts.exchange.sources": "read_drawing",
+        "mechdae.parts.exchange.formats": "Exported export read_drawing",
     }
 )

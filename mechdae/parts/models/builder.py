@@ -15,9 +15,9 @@ from mechdae.describe.joints.joint import Joint
 from mechdae.describe.joints.pairs import Prismatic, Revolute, Weld
 from mechdae.describe.loads import Force
 from mechdae.describe.mechanism import GROUND, Body, Ground, Mechanism
-from mechdae.describe.table import Table
 from mechdae.describe.tasks.kinds import Driver, Modes, Sweep, Task
 from mechdae.describe.units import units_of
+from mechdae.describe.values import Table
 from mechdae.draw import plot
 from mechdae.equations.mobility import count_mobility
 from mechdae.errors import InputError, MechdaeError, UnknownName
@@ -234,7 +234,7 @@ class DrawnMechanism:
         poses = None if len(drivers) > 1 else POSES
         kind: Any = Sweep
         if self._forces or self._outputs or self._masses:
-            from mechdae.describe.tasks.reactions import Reactions
+            from mechdae.describe.tasks.motion import Reactions
 
             kind = Reactions
         tasks: dict[str, Task] = {"move": kind(drivers=drivers, poses=poses)}

@@ -16,7 +16,7 @@ from mechdae import __version__
 from mechdae.describe import Problem, Sweep, Task, dumps, whole_file
 from mechdae.describe.dimensions import parameter_units
 from mechdae.describe.file.load import Source, given
-from mechdae.describe.tasks.reactions import Reactions
+from mechdae.describe.tasks.motion import Reactions
 from mechdae.describe.units import SI, Units, units_of
 from mechdae.describe.values import Number
 from mechdae.draw.smooth import in_picture, smooth

@@ -10,8 +10,7 @@ import numpy as np
 from mechdae.describe import Mechanism, coordinate
 from mechdae.equations.reduction import Scene
 from mechdae.forces.inverse_dynamics import InverseDynamics
-from mechdae.forces.pose_forces import PoseForces, solved
-from mechdae.forces.poses import LoadedRun, unknown_columns
+from mechdae.forces.poses import LoadedRun, PoseForces, solved, unknown_columns
 from mechdae.kernels.graphs.kinetostatics import SPEEDS
 from mechdae.results import effort_unit
 from mechdae.types import Graph, Json

@@ -7,7 +7,7 @@ from typing import ClassVar
 
 from mechdae.describe.mechanism import Mechanism
 from mechdae.describe.tasks.kinds import Sweep
-from mechdae.describe.tasks.reactions import Reactions
+from mechdae.describe.tasks.motion import Reactions
 from mechdae.errors import MechanismError, UnavailableError
 from mechdae.parts.play.gaps import KEYS
 from mechdae.records import dataclass, optional

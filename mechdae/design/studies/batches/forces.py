@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.describe.tasks.reactions import Reactions
+from mechdae.describe.tasks.motion import Reactions
 from mechdae.design.studies.batches.batch import LaneRun, SeriesBatch
 from mechdae.design.studies.batches.poses import AT_ONCE
 from mechdae.design.studies.batches.readings import ForceReading, Reading
@@ -21,8 +21,7 @@ from mechdae.errors import UnknownName
 from mechdae.forces.force_messages import TOLERANCE, about_friction, powers_of
 from mechdae.forces.friction_branches import FrictionSolutions, some
 from mechdae.forces.inverse_dynamics import FACTOR, InverseDynamics, LoadedPoses
-from mechdae.forces.pose_forces import PoseForces, solved
-from mechdae.forces.poses import loaded_bodies, requests, unknown_columns
+from mechdae.forces.poses import PoseForces, loaded_bodies, requests, solved, unknown_columns
 from mechdae.forces.series import efforts_of, series_of
 from mechdae.forces.task import SINGULAR
 from mechdae.motion.assembly.not_assembled import shown

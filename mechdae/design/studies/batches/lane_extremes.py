@@ -18,10 +18,9 @@ import numpy as np
 from mechdae.design.studies.batches.poses import Asked, LaneNodes, LanePoses, Lanes
 from mechdae.design.studies.batches.readings import WayReading
 from mechdae.design.studies.batches.track import LaneTrack
-from mechdae.motion.measures.along_sweep_extremes import TIE
+from mechdae.motion.measures.along_sweep_extremes import AT_REST, TIE
 from mechdae.motion.measures.curve import CLOSED as CLOSED_PATH
 from mechdae.motion.measures.curve import CUSP, STEPS
-from mechdae.motion.measures.stationary_places import AT_REST
 from mechdae.motion.measures.strokes import CLOSED
 from mechdae.motion.measures.track import SAME, TURN
 from mechdae.numerics.quadrature import GAUSS, KRONROD, NOISE, PLACES, SHRINKS, TOLERANCE

@@ -18,9 +18,8 @@ from mechdae.describe.coordinates import NamedCoordinate
 from mechdae.describe.expression import FUNCTIONS, build, evaluate, names_in
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.mechanism import GROUND, Mechanism
-from mechdae.describe.table import Table
 from mechdae.describe.tasks.kinds import Sweep
-from mechdae.describe.values import Number
+from mechdae.describe.values import Number, Table
 from mechdae.equations.model import Model
 from mechdae.errors import InputError, MechdaeError
 from mechdae.kernels.graphs.steps import Graphs

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from mechdae.design.studies.batches.poses import AT_ONCE, LaneNodes, LanePoses, Lanes
-from mechdae.motion.measures.stationary_places import AT_REST, SHORT
+from mechdae.motion.measures.along_sweep_extremes import AT_REST, SHORT
 from mechdae.motion.measures.track import FINEST, brackets
 from mechdae.numerics.roots import refined
 from mechdae.records import dataclass

@@ -13,9 +13,9 @@ from mechdae.describe.coordinates import coordinate
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.joints.limits import limited
 from mechdae.describe.mechanism import Mechanism
-from mechdae.describe.table import Table
 from mechdae.describe.tasks.kinds import Driver, Sweep, Task
 from mechdae.describe.tasks.studies import Sensitivity
+from mechdae.describe.values import Table
 from mechdae.design.studies.sensitivity import sensitivity, sharp
 from mechdae.errors import MechdaeError
 from mechdae.motion.kinematics.sweep import sweep

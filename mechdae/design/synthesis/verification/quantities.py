@@ -14,8 +14,7 @@ import numpy as np
 
 from mechdae.describe.tasks.goals import Extreme as Asked
 from mechdae.describe.tasks.kinds import Driver, Sweep
-from mechdae.describe.tasks.motion import Equilibrium, Motion
-from mechdae.describe.tasks.reactions import Reactions
+from mechdae.describe.tasks.motion import Equilibrium, Motion, Reactions
 from mechdae.describe.tasks.shaking import WORDS, shaking_paths
 from mechdae.design.derivatives.figures import is_figure
 from mechdae.design.derivatives.figures import value as figure

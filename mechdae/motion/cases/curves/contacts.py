@@ -21,8 +21,8 @@ from mechdae.equations.groups import Group
 from mechdae.equations.reduction import Scene
 from mechdae.kernels.graphs.blocks import BlockGraph
 from mechdae.kernels.run.functions import local
-from mechdae.motion.assembly.choosers import Assembling, Chooser
 from mechdae.motion.assembly.elimination import BlockSolver
+from mechdae.motion.assembly.mode_labels import Assembling, Chooser
 from mechdae.motion.assembly.other_forms import Solutions
 from mechdae.types import Floats, Graph, Integers, Points, Sym, Unknowns
 

@@ -15,8 +15,8 @@ from mechdae.equations.groups import Group
 from mechdae.equations.reduction import Scene
 from mechdae.equations.tree.tree_model import TreeModel
 from mechdae.kernels.run.functions import local
-from mechdae.motion.assembly.choosers import Assembling, Chooser
 from mechdae.motion.assembly.closure import NoPose
+from mechdae.motion.assembly.mode_labels import Assembling, Chooser
 from mechdae.motion.setup.drivers import Sketch
 from mechdae.types import Floats, Sym, Unknowns
 

@@ -17,8 +17,8 @@ from mechdae.equations.groups import Group
 from mechdae.kernels.graphs.pose import CLOSURE
 from mechdae.kernels.graphs.steps import Graphs
 from mechdae.kernels.run.functions import Batch
-from mechdae.motion.assembly.choosers import Assembling, Chooser
 from mechdae.motion.assembly.closure import Gap, NoPose, bar_lengths, straight, worst
+from mechdae.motion.assembly.mode_labels import Assembling, Chooser
 from mechdae.motion.setup.scales import Constants
 from mechdae.types import Booleans, Floats, Unknowns
 

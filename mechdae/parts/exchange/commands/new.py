@@ -54,7 +54,7 @@ def _template(options: argparse.Namespace) -> str:
 
 def _read(options: argparse.Namespace) -> str:
     from mechdae.describe import dumps
-    from mechdae.parts.exchange.sources import with_remarks
+    from mechdae.parts.exchange.formats import with_remarks
 
     given: dict[str, object] = {"unit": options.unit} if options.unit else {}
     if options.ground:

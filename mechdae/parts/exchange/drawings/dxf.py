@@ -16,7 +16,7 @@ from mechdae.draw.diagram.wheels import circles, curve_points, rack_span
 from mechdae.draw.graphs.poles import stretches
 from mechdae.draw.smooth import traced
 from mechdae.errors import UnavailableError
-from mechdae.parts.exchange.drawings.dxf_text import SAME, UNDRAWN, DxfText, distance
+from mechdae.parts.exchange.drawings.dxf_read import SAME, UNDRAWN, DxfText, distance
 from mechdae.tasks import ExportedMotion
 from mechdae.types import Floats, Points
 

@@ -30,8 +30,7 @@ from mechdae.describe import (
 from mechdae.describe.joints.pairs import PinInSlot, Prismatic, Revolute
 from mechdae.describe.tasks.kinds import Modes
 from mechdae.errors import InputError
-from mechdae.parts.exchange.drawings.dxf_read import DrawnSketch, Spot, read_drawing
-from mechdae.parts.exchange.drawings.dxf_text import distance
+from mechdae.parts.exchange.drawings.dxf_read import DrawnSketch, Spot, distance, read_drawing
 
 FIXED = ("GROUND", "FIXED", "BASE", "SUPPORT")
 GUIDES = ("GUIDE", "GUIDES", "SLIDE", "SLIDES")

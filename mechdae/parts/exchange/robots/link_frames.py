@@ -21,7 +21,7 @@ from mechdae.tasks import ExportedMotion, reported
 from mechdae.types import Floats
 
 if TYPE_CHECKING:
-    from mechdae.describe.table import Table
+    from mechdae.describe.values import Table
 
 Z = np.array([0.0, 0.0, 1.0])
 

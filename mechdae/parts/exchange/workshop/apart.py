@@ -26,7 +26,7 @@ from mechdae.tasks import ExportedMotion
 from mechdae.types import Floats, Points
 
 if TYPE_CHECKING:
-    from mechdae.describe.table import Table
+    from mechdae.describe.values import Table
 
 FIRST = 256
 """Steps that the motion is divided into at first."""

@@ -14,7 +14,7 @@ from mechdae.describe.expression import evaluate
 from mechdae.describe.file.writing import given
 from mechdae.describe.loads import Force, Load, Resistance, Spring, TableLoad, Torque
 from mechdae.describe.tasks.kinds import Driven
-from mechdae.describe.tasks.reactions import Reactions
+from mechdae.describe.tasks.motion import Reactions
 from mechdae.describe.units import Units
 from mechdae.describe.values import Value
 from mechdae.draw.formulas import Facts, Grid, Image, Note, Part, Passage, Section

@@ -10,8 +10,7 @@ from __future__ import annotations
 from flint import ctx
 
 from .arithmetic import PRECISION, VERSION, FalseClaim, Json, field, need, read
-from .counts import check_modes
-from .counts_by_boxes import PROOFS, check_modes_by_boxes
+from .counts import PROOFS, check_modes, check_modes_by_boxes
 from .counts_on_curves import check_modes_on_curves
 from .paths import check_sweep
 from .plane import PlanarMechanism

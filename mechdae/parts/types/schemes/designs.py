@@ -22,7 +22,7 @@ from mechdae.describe import (
 )
 from mechdae.describe.joints.pairs import Prismatic, Revolute
 from mechdae.describe.loads import Force, Load, Resistance
-from mechdae.describe.tasks.reactions import Reactions
+from mechdae.describe.tasks.motion import Reactions
 from mechdae.errors import MechdaeError
 from mechdae.parts.types.chains.mechanisms import letters
 from mechdae.parts.types.schemes.aims import ANGLE, CURVE, Aim
