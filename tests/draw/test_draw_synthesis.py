@@ -534,7 +534,7 @@ def test_the_command_draws_designs(quick, capsys, tmp_path: Path) -> None:
 def test_the_command_without_designs_draws_the_census(quick, capsys, tmp_path: Path) -> None:
     words = ["plot", "c1-infeasible", "--task", "design", "--out", str(tmp_path)]
     code, said, err = run(capsys, *words)
-    assert (code, Path(said.strip()).name) == (1, "c1-infeasible-design-starts.svg")
+    assert (code, Path(said.strip()).name) == (1, "c1-infeasible-design-census.svg")
     assert "no design exists" in err
     code, said, err = run(capsys, *words, "--kind", "design")
     assert (code, said) == (2, "")

@@ -80,7 +80,7 @@ LOOPS = {
     ("motion/cases/hard_steps/obstacles.py", "go_back"): "a node is taken away each time",
     ("describe/expression.py", "dotted"): "a node's parent in a syntax tree",
     ("design/derivatives/function.py", "_plain"): "two signs become one",
-    ("draw/diagram/diagram.py", "fitted"): "the text gets shorter",
+    ("draw/diagram/heads.py", "fitted"): "the text gets shorter",
     ("draw/smooth.py", "thinned"): "there are fewer rows each time",
     ("draw/diagram/scene.py", "read_scene"): "a body is placed each time",
     ("draw/space/spatial_scene.py", "pose_chains"): "a body with two joints each time, none twice",
