@@ -60,7 +60,9 @@ def test_a_status_is_its_text() -> None:
 
 
 def test_the_documentation_has_the_sentences() -> None:
-    text = (Path(__file__).parents[2] / "docs" / "reference/python.md").read_text(encoding="utf-8")
-    table = text.partition("### Statuses")[2].partition("\n```")[0]
+    text = (Path(__file__).parents[2] / "docs" / "reference/statuses.md").read_text(
+        encoding="utf-8"
+    )
+    table = text.partition("\n## ")[0]
     rows = [f"| `{word}` | {word.sentence} |" for word in Status]
     assert [line for line in table.splitlines() if line.startswith("| `")] == rows
