@@ -15,6 +15,7 @@ import json
 import os
 import statistics
 import tempfile
+import time
 from pathlib import Path
 from typing import Any
 
@@ -241,6 +242,8 @@ def summed(table: dict[str, Any], version: str) -> dict[str, Any]:
     small = [entry for entry in live if entry.get("links", SMALL_LINKS + 1) <= SMALL_LINKS]
     changed = [entry["change_ms"] for entry in live if entry["change_ms"] is not None]
     return {
+        "version": md.__version__,
+        "date": time.strftime("%Y-%m-%d"),
         "browser": version,
         "load": round(os.getloadavg()[2], 1),
         "pages": len(table),
@@ -259,6 +262,7 @@ def summed(table: dict[str, Any], version: str) -> dict[str, Any]:
             n for n, entry in table.items() if entry["too_wide_320"] or entry["too_wide_390"]
         ],
         "too_small": sorted({text for entry in table.values() for text in entry["small"]}),
+        "axed": sum("axe" in entry for entry in table.values()),
         "axe": sum(len(ids) for entry in table.values() for ids in entry.get("axe", {}).values()),
     }
 

@@ -8,7 +8,7 @@ import { quantity, rateOf } from "./units.js";
 
 /** Least height of a panel [px], and how many things are told apart. */
 const LEAST = 96, COLOURS = 5;
-const SYMBOLS = { rad: ["φ", "ω", "ε"], m: ["s", "v", "a"], J: ["E"], N: ["R"], "N m": ["M"], W: ["P"] };
+const SYMBOLS = { rad: ["φ", "ω", "ε"], m: ["s", "v", "a"], J: ["E"], 1: ["u", "u\u0307", "ü"], N: ["R"], "N m": ["M"], W: ["P"] };
 
 export class Curves {
   /** @param {any} app @param {string} id of its panel @param {any[]} things what there is @param {any[]} begin what is chosen first */

@@ -152,7 +152,7 @@ export class Explain {
     if (!right.length) return [];
     const terms = right.flatMap(({ id, letter }, k) => [k ? " + " : " = ", lightable(made("span", { class: "term" }, symbol(letter)), id)]);
     const rows = [...right, whole].map(({ id, letter, vector, kind }) => lightable(made("tr", { tabindex: "0" },
-      made("td", {}, symbol(letter)), made("td", {}, quantity(Math.hypot(...vector), unit, 5)), ...(this.flat ? [quantity(Math.atan2(vector[1], vector[0]), "rad", 5), this.direction(kind, equation, id === whole.id)]
+      made("td", {}, symbol(letter)), made("td", {}, quantity(Math.hypot(...vector), unit, this.flat ? 5 : 4)), ...(this.flat ? [quantity(Math.atan2(vector[1], vector[0]), "rad", 5), this.direction(kind, equation, id === whole.id)]
         : vector.map((part) => digits(part * displayed(unit)[0], 4))).map((text) => made("td", {}, text))), id));
     const head = made("tr", {}, ...["vector", "size", ...(this.flat ? ["direction", "line_of_action"] : "xyz")].map((key) => made("th", { scope: "col" }, words(key))));
     return [made("p", { class: "formula" }, lightable(made("span", { class: "term" }, symbol(whole.letter)), whole.id), ...terms),

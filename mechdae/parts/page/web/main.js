@@ -172,7 +172,7 @@ class App {
       find("dimensions").append(made("label", { title: words("about_shape") }, this.shape, ` ${words("shape")}`));
     }
     const things = thingsOf(this), moves = things.filter(({ columns }) => this.moving(columns));
-    const usual = moves.filter(({ kind, parts }) => kind === "bodies" && !this.driven.includes(parts[0])).pop() || moves.pop();
+    const usual = moves.filter(({ kind, parts }) => kind === "bodies" && !this.driven.includes(parts[0])).pop() || moves.filter(({ lines }) => lines()[0].unit !== "1").pop() || moves.pop();
     this.curves = new Curves(this, "curves", things, [usual]);
     tab("curves", this.curves, new Values(this, "curves"));
     if (data.lesson.groups.length) {

@@ -5,8 +5,8 @@ import { find, indexed, made, written } from "./made.js";
 import { words } from "./words.js";
 import { digits, displayed } from "./units.js";
 
-/** How far letters are from their ends [px]; ends so near have one text, with so many letters. */
-const APART = 13, MERGED = 9, NAMED = 4;
+/** How far letters are from their ends [px]; ends so near have one text, with so many letters; names of arrows nearer than this to another one are left out, farther ones too where there are many. */
+const APART = 13, MERGED = 9, NAMED = 4, CLEAR = [8, 26], MOST_ARROWS = 16;
 /** Width of a letter of an index [px]. */
 const SMALL = 4.8;
 
@@ -91,6 +91,7 @@ export function drawPlan(svg, plan, title) {
     const spots = [[0, 1], [0, -1], [0.22, 1], [0.22, -1], [-0.22, 1], [-0.22, -1]].map(([t, side]) => [mx + t * (b[0] - a[0]) + 14 * side * dx, my + t * (b[1] - a[1]) + 14 * side * dy]);
     const room = (spot) => Math.min(99, ...taken.map(([x, y]) => Math.hypot(x - spot[0], 1.5 * (y - spot[1]))));
     const best = spots.reduce((one, two) => (room(two) > room(one) + 6 ? two : one));
+    if (room(best) < CLEAR[Number(arrows.length > MOST_ARROWS)]) continue; // the table names it, lit
     taken.push(best);
     letterIn(group, best[0], best[1] + 4, letter);
   }
