@@ -31,7 +31,6 @@ LONGER = {
     "describe/joints/spatial.py": 520,
     "describe/mechanism.py": 580,
     "describe/vectors/loops_of.py": 560,
-    "draw/diagram/diagram.py": 610,
     "dynamics/equations.py": 530,
     "equations/tree/tree_model.py": 590,
     "forces/inverse_dynamics.py": 540,
