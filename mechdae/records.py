@@ -276,8 +276,8 @@ def _hash(names: list[str]) -> Any:
 @recursive_repr()
 def _repr(self: Any) -> str:
     entries = [entry for entry in dataclasses.fields(self) if entry.repr]
-    told = ", ".join(f"{entry.name}={getattr(self, entry.name)!r}" for entry in entries)
-    return f"{type(self).__qualname__}({told})"
+    fields = ", ".join(f"{entry.name}={getattr(self, entry.name)!r}" for entry in entries)
+    return f"{type(self).__qualname__}({fields})"
 
 
 def _freeze(cls: Any, names: frozenset[str]) -> None:

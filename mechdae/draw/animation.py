@@ -190,7 +190,7 @@ class Animation:
             raise InputError(
                 f"animations are not written as '{target.suffix}'",
                 where=str(path),
-                hint=", ".join(f".{own}" for own in MOVING),
+                hint=", ".join(f".{ending}" for ending in MOVING),
             )
         if form in VIDEOS:
             film(lambda: self.frames(progress), self.duration, form, target)

@@ -156,7 +156,7 @@ def kinds_of(holds: str) -> list[str]:
 def usual_kind(task: str) -> str:
     """Return the kind of picture that is drawn of a kind of task without a wish."""
     holds = TASKS[task].holds if task in TASKS else ()
-    suited = [kind for kind, own in PICTURES.items() if set(own.of) & set(holds)]
+    suited = [kind for kind, picture in PICTURES.items() if set(picture.of) & set(holds)]
     return suited[0] if suited else "diagram"
 
 
@@ -177,7 +177,7 @@ def check_dimension(
     if dimension == 3 and not picture_of(kind).in_space:
         raise UnavailableError(
             f"pictures of kind '{kind}' are not drawn of spatial mechanisms by this version",
-            hint=f"available: {', '.join(k for k, own in PICTURES.items() if own.in_space)}",
+            hint=f"available: {', '.join(k for k, each in PICTURES.items() if each.in_space)}",
         )
     for name in options:
         if IN_ONE.get(name, dimension) != dimension and options[name] is not None:
@@ -257,7 +257,7 @@ def checked(kind: str, given: Mapping[str, object], dashes: str = "") -> Json:
     """
     options: Json = {}
     for word, value in given.items():
-        name = next((own for own, option in OPTIONS.items() if word in (option.before or ())), word)
+        name = next((key for key, option in OPTIONS.items() if word in (option.before or ())), word)
         if name not in OPTIONS:
             raise UnknownName(f"option of a picture of kind '{kind}'", word, names_of(kind))
         kinds = kinds_with(name) if name == word else (OPTIONS[name].before or {})[word]
@@ -318,7 +318,7 @@ def kind_and_task(
     if not tasks:
         raise InputError("no task that this version computes", where=f"{where}: tasks")
     if kind is None and not set(asked) <= set(names_of("diagram")):
-        kind = next((own for own in PICTURES if set(asked) <= set(names_of(own))), None)
+        kind = next((picture for picture in PICTURES if set(asked) <= set(names_of(picture))), None)
     shown = "diagram" if kind in (None, *DOCUMENTS) else str(kind)
     picture_of(shown)
     options = {} if kind is None else checked(shown, asked, "--")
@@ -335,7 +335,7 @@ def _rank(task: Task, kind: str, options: Mapping[str, Any]) -> tuple[int, ...]:
     place = order.index(task.kind) if task.kind in order else len(order)
     way = -task.way if "path" in picture.of else 0
     frictionless = kind == "losses" and getattr(task, "friction", "") == "none"
-    parts = {own.split("/")[0].removeprefix("efforts_") for own in options.get("of") or ()}
+    parts = {series.split("/")[0].removeprefix("efforts_") for series in options.get("of") or ()}
     lacks = len((parts & {"static", "inertial"}) - set(getattr(task, "parts", None) or ()))
     return not suits, bool(able) and task.kind not in able, lacks, frictionless, way, place
 

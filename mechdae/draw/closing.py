@@ -111,7 +111,9 @@ def _spatial(scene: SpatialScene, pose: int) -> Iterator[tuple[str, float]]:
 def _arm(scene: DrawnScene, joint: Joint) -> float:
     """Return how far the points of the second body are from the joint at most."""
     points = scene.mechanism.body(joint.second_body).points
-    ways = [scene.local(f"{joint.second_body}.{own}") - scene.local(joint.second) for own in points]
+    ways = [
+        scene.local(f"{joint.second_body}.{point}") - scene.local(joint.second) for point in points
+    ]
     return max(map(_size, ways), default=0.0)
 
 
@@ -147,7 +149,9 @@ def draw_gaps(sheet: Sheet, scene: DrawnScene, result: Result, words: Words) -> 
 
 def open_text(result: Result, words: Words) -> str:
     """Return which joints stay open by how much, empty where all close."""
-    gaps = [f"{own['joint']} {words.amount(own['gap'], 'm')}" for own in open_of(result)]
+    gaps = [
+        f"{opening['joint']} {words.amount(opening['gap'], 'm')}" for opening in open_of(result)
+    ]
     return words("does not close", ", ".join(gaps)) if gaps else ""
 
 
@@ -155,7 +159,7 @@ def blame_text(result: SweepResult, words: Words) -> str:
     """Return which lengths are too short or too long."""
     summary = getattr(result, "summary", None) or {}
     parts = [
-        words(word, ", ".join(own["what"] for own in summary[key]))
+        words(word, ", ".join(fault["what"] for fault in summary[key]))
         for key, word in (("too_short", "too short"), ("too_long", "too long"))
         if summary.get(key)
     ]

@@ -139,12 +139,12 @@ def svg_text(picture: Axes | Figure, text: bool = False) -> str:
 
 def told(figure: Figure) -> list[str]:
     """Return the title and the line below it of a picture, as they are written in it."""
-    texts = [(str(own.get_gid()), own.get_text()) for own in figure.findobj(Text)]
+    texts = [(str(artist.get_gid()), artist.get_text()) for artist in figure.findobj(Text)]
     heads = (
         " ".join(dict.fromkeys(text for gid, text in texts if gid.startswith(word)))
         for word in ("title", "subtitle")
     )
-    return [" ".join(own.split()) for own in heads if own.strip()]
+    return [" ".join(head.split()) for head in heads if head.strip()]
 
 
 def described(svg: str, figure: Figure) -> str:

@@ -91,9 +91,11 @@ def smooth_vectors(result: SweepResult, paths: list[str]) -> Any:
 
 def in_picture(tracks: list[Array]) -> list[Array]:
     """Return curves as large as they are seen [pixel], to one scale."""
-    spans = [np.ptp(own[np.isfinite(own).all(axis=1)], axis=0).max(initial=0.0) for own in tracks]
+    spans = [
+        np.ptp(track[np.isfinite(track).all(axis=1)], axis=0).max(initial=0.0) for track in tracks
+    ]
     size = max(spans, default=0.0)
-    return [own * (PICTURE / size) for own in tracks] if size > 0 else []
+    return [track * (PICTURE / size) for track in tracks] if size > 0 else []
 
 
 def in_panel(x: Array, y: Array) -> list[Array]:
@@ -102,7 +104,8 @@ def in_panel(x: Array, y: Array) -> list[Array]:
     if clip is not None:
         y = np.clip(y, clip.low, clip.high)
     spans = [
-        float(np.ptp(own[np.isfinite(own)]) if np.isfinite(own).any() else 0.0) for own in (x, y)
+        float(np.ptp(values[np.isfinite(values)]) if np.isfinite(values).any() else 0.0)
+        for values in (x, y)
     ]
     if not all(spans):
         return []

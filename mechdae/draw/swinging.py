@@ -79,8 +79,8 @@ def swinging(result: EquilibriumResult, number: int, frames: int) -> Equilibrium
     bodies = {body: Series({"angle": scene.angles[body]}) for body in result.mechanism.bodies}
     points = {
         f"{body}.{point}": Series({"position": scene.track(f"{body}.{point}")})
-        for body, own in result.mechanism.bodies.items()
-        for point in own.points
+        for body, parts in result.mechanism.bodies.items()
+        for point in parts.points
     }
     return replace(
         result,
@@ -100,20 +100,25 @@ def closed(scene: DrawnScene) -> DrawnScene:
     names, joints = list(scene.mechanism.bodies), list(scene.mechanism.joints.values())
 
     def moved(q: Array) -> DrawnScene:
-        angles = {**scene.angles, **{own: q[:, 3 * k + 2] for k, own in enumerate(names)}}
-        origins = {**scene.origins, **{own: q[:, 3 * k : 3 * k + 2] for k, own in enumerate(names)}}
+        angles = {**scene.angles, **{name: q[:, 3 * k + 2] for k, name in enumerate(names)}}
+        origins = {
+            **scene.origins,
+            **{name: q[:, 3 * k : 3 * k + 2] for k, name in enumerate(names)},
+        }
         return replace(scene, angles=angles, origins=origins)
 
     def off(q: Array) -> Array:
         return np.hstack([np.zeros((len(q), 1)), *(gap for _, gap in gaps(moved(q), joints))])
 
-    q = np.hstack([np.hstack([scene.origins[own], scene.angles[own][:, None]]) for own in names])
-    spots = np.vstack([scene.origins[own] for own in names])
+    q = np.hstack([np.hstack([scene.origins[name], scene.angles[name][:, None]]) for name in names])
+    spots = np.vstack([scene.origins[name] for name in names])
     size = float(np.ptp(spots, axis=0).max()) or 1.0
     units = np.tile([size, size, STIFF], len(names))
     step = 1e-6
     for _ in range(ROUNDS):
-        slopes = [(off(q + own) - off(q - own)) / (2 * step) for own in step * np.diag(units)]
+        slopes = [
+            (off(q + change) - off(q - change)) / (2 * step) for change in step * np.diag(units)
+        ]
         q = q - units * np.stack(
             [
                 np.linalg.lstsq(*row, rcond=1e-9)[0]
@@ -129,10 +134,10 @@ def enlargement(result: EquilibriumResult, mode: Json) -> float:
     turns = [0.0]
     ways: list[float] = [0.0]
     spots = []
-    for body, own in result.mechanism.bodies.items():
+    for body, parts in result.mechanism.bodies.items():
         z = {word: complex(*value) for word, value in mode["bodies"][body].items()}
         turns.append(abs(z["angle"]))
-        for point in own.points or ("",):
+        for point in parts.points or ("",):
             place = scene.place(f"{body}.{point}", 0) if point else scene.origins[body][0]
             spots.append(place)
             arm: Array = place - scene.origins[body][0]

@@ -87,9 +87,9 @@ def remember(ax: Axes, kind: str, result: Result, options: Json, before: Any) ->
     """
     figure = ax.get_figure(root=True)
     assert isinstance(figure, Figure)
-    whole = Bbox.union([own.get_position() for own in figure.axes])
+    whole = Bbox.union([axis.get_position() for axis in figure.axes])
     place, axes = before if before is not None else (whole, [ax])
-    panels = [own for own in figure.axes if own not in axes and own is not ax]
+    panels = [axis for axis in figure.axes if axis not in axes and axis is not ax]
     marks = [*ax.texts, *ax.lines, *ax.patches]
     _KNOWN[ax] = Shared(kind, [(result, options)], marks, panels, place)
 
@@ -141,7 +141,7 @@ def variant_names(entries: Sequence[tuple[SweepResult, Json]]) -> list[str]:
     differ = [
         name
         for name in results[0].mechanism.parameters
-        if any(own.get(name) != values[0][name] for own in values)
+        if any(value.get(name) != values[0][name] for value in values)
     ]
     texts: list[str] = []
     for k, (result, options) in enumerate(entries):
@@ -150,12 +150,14 @@ def variant_names(entries: Sequence[tuple[SweepResult, Json]]) -> list[str]:
             text = ", ".join(
                 _amount(n, values[k].get(n, np.nan), units.get(n, ""), shown) for n in differ
             )
-        elif not text and len({own.task for own in results}) == len(results):
+        elif not text and len({drawn.task for drawn in results}) == len(results):
             text = str(result.task)
-        elif not text and len({own.title for own in results}) == len(results):
+        elif not text and len({drawn.title for drawn in results}) == len(results):
             text = str(result.title or result.problem)
         texts.append(text or f"variant {k + 1}")
-    seen = [f"{own} ({k + 1})" if texts.count(own) > 1 else own for k, own in enumerate(texts)]
+    seen = [
+        f"{title} ({k + 1})" if texts.count(title) > 1 else title for k, title in enumerate(texts)
+    ]
     return seen
 
 
@@ -175,9 +177,9 @@ def _diagrams(ax: Axes, entries: Sequence[tuple[Any, dict[str, Any]]], names: li
         shown = shown.with_paths() if traces else shown
         rows.append((shown, traces, options))
         every.append(shown.bounds([shown.pose], traces or bool(options.get("ghosts", 0))))
-    low = np.min([own[0] for own in every], axis=0)
-    high = np.max([own[1] for own in every], axis=0)
-    bounds = (low, high, max(own[2] for own in every))
+    low = np.min([box[0] for box in every], axis=0)
+    high = np.max([box[1] for box in every], axis=0)
+    bounds = (low, high, max(box[2] for box in every))
     first = entries[0][1]
     words = Words(first.get("lang", "en"))
     base = style.DARK if first.get("dark") else style.LIGHT

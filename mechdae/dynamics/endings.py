@@ -56,12 +56,12 @@ def dead_point(
     k = setup.kernel
     if not setup.laws or not k.m:
         return None
-    left, sigma, asked = singular_values(setup, t, x, v)
+    left, sigma, speeds = singular_values(setup, t, x, v)
     small = np.ones(k.m, bool)
     small[: len(sigma)] = sigma <= share * sigma[0]
     lost = left[:, small]
-    rest = lost @ (lost.T @ asked)
-    least = max(AGAINST * np.max(np.abs(asked), initial=0.0), STILL / setup.end)
+    rest = lost @ (lost.T @ speeds)
+    least = max(AGAINST * np.max(np.abs(speeds), initial=0.0), STILL / setup.end)
     if not np.max(np.abs(rest), initial=0.0) > least:
         return None
     r = setup.released
@@ -213,11 +213,11 @@ def stalled(
         facts["mode"] = mode
         words = {0.0: "sticks", 1.0: "slides up", -1.0: "slides down"}
         more += [f"{name} {words[side]}" for name, side in mode.items()]
-    told = f" ({', '.join(more)})" if more else ""
+    details = f" ({', '.join(more)})" if more else ""
     fault = (
         f"the step size went to nothing (S7, {float(h):.1g} s) at t = {t:.12g} s of "
-        f"{setup.end:g} s{told}; the states up to there are kept. Forces that grow without bound, "
-        "or a pose no motion leads through, do this"
+        f"{setup.end:g} s{details}; the states up to there are kept. Forces that grow without "
+        "bound, or a pose no motion leads through, do this"
     )
     return fault, motion_event("stalled", t, code="S7", **facts)
 

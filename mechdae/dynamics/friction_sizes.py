@@ -292,11 +292,11 @@ class Sizes:
                 found, used = kept, [*used, text]
         if len(found) > 1 or apart(found[0][0], sizes) > SAME:  # Newton's method is elsewhere
             return False
-        told = (
+        note = (
             f"from t = {t:.9g} s on {count} solutions fit the dry friction of "
             f"{', '.join(self.joints)}, all but one are ruled out: {'; '.join(used)}"
         )
-        self.notes.setdefault(tuple(used), told)
+        self.notes.setdefault(tuple(used), note)
         return True
 
     def check(
@@ -332,8 +332,8 @@ class Sizes:
         share = self._share(t, x, v, signs)
         sure = f"; one solution is sure with {share:.6g} of the coefficients" if share > 0 else ""
         if not found:
-            told = f"jammed (F1): no accelerations fit the {text}{sure}"
-            raise NoWay(told, code="F1", joints=joints, kappa=bound, share=share, solutions=[])
+            note = f"jammed (F1): no accelerations fit the {text}{sure}"
+            raise NoWay(note, code="F1", joints=joints, kappa=bound, share=share, solutions=[])
         listed = "; ".join(
             ", ".join(f"{name} {value:.9g}" for name, value in zip(names, a, strict=True))
             for _, a in found

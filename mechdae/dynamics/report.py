@@ -104,11 +104,11 @@ def report(
     }
     summary["state"], forced = shown.last()
     notes = _notes(run, shown.notes), [] if run.creep is None else run.creep.notes()
-    told = forces.summary(forced, summary["superfluous_equations"], *notes)
-    summary |= dict.fromkeys(("multipliers", "not_unique", "unique_sums", "redundant"), told)
+    note = forces.summary(forced, summary["superfluous_equations"], *notes)
+    summary |= dict.fromkeys(("multipliers", "not_unique", "unique_sums", "redundant"), note)
     if run.creep is not None:
         summary["creep"] = run.creep.found
-    summary["notes"] = told
+    summary["notes"] = note
     sticking = [] if setup.smooth else [slip.owner for slip in setup.rubbing.slips]
     if assumed := about_motion(setup.problem.mechanism, sticking):
         summary["assumptions"] = assumed

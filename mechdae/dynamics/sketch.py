@@ -271,12 +271,12 @@ class PlanarSketch:
         """Return whether a closed pose is all that the sketch says, and that says all of it."""
         if left >= self.closing.closed:
             return False
-        closing, told = self.closing, self.closing.sketched_places()
+        closing, places = self.closing, self.closing.sketched_places()
         values, J = closing.rows(x)
-        rows = J[[closing.m + k for k in told]]
+        rows = J[[closing.m + k for k in places]]
         if lengths and np.linalg.matrix_rank(rows[:, lengths], RANK) < len(lengths):
             return False
-        gaps = [values[closing.m + k] - wanted for k, wanted in told.items()]
+        gaps = [values[closing.m + k] - wanted for k, wanted in places.items()]
         gaps += list(((x - guess) / closing.sizes)[self.r.coordinates.turns])
         return bool(np.max(np.abs(gaps), initial=0.0) < EXACT)
 

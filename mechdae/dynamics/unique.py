@@ -263,8 +263,8 @@ class Determined:
                 redundant = {"equations": sole.dependent, "unique": joints, "not_unique": lost}
                 summary["redundant"] = redundant
                 dependence = [dependence_note(redundant)]
-            if told := [*sole.notes, *before, *dependence, *after]:
-                summary["notes"] = told
+            if remarks := [*sole.notes, *before, *dependence, *after]:
+                summary["notes"] = remarks
             return summary
 
         return LazyPart(found)

@@ -208,13 +208,13 @@ def design_structure(
     """Return what a task of synthesis searches for."""
     entry = {"kind": task.kind, "available": True}
     try:
-        asked = demand(problem, task)
+        required = demand(problem, task)
     except MechdaeError as error:
         return {**entry, "error": str(error)}
     return {
         **entry,
         "goals": [goal.kind for goal, _ in listed_goals(task)],
-        "free": [*asked.free, *asked.choices],
-        "starts": asked.starts,
-        "seed": asked.seed,
+        "free": [*required.free, *required.choices],
+        "starts": required.starts,
+        "seed": required.seed,
     }

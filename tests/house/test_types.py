@@ -10,8 +10,8 @@ from tests.shared.paths import ROOT
 PACKAGE = ROOT / "mechdae"
 BARE, ARRAYS = 1_943, 4_600
 """At most so often stands `Any`, at least so often the name of an array of `mechdae/types.py`."""
-SAYS_NOTHING, BINDINGS = "own", 240
-"""A name that is any thing's, and at most so often a variable or an argument is called so."""
+SAYS_NOTHING, BINDINGS = ("own", "told", "asked", "kept", "laid"), 340
+"""Names that are any thing's, and at most so often variables and arguments are called so."""
 
 
 @cache
@@ -39,9 +39,9 @@ def test_variables_are_called_what_they_are() -> None:
     count = 0
     for path in PACKAGE.rglob("*.py"):
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-            argument = isinstance(node, ast.arg) and node.arg == SAYS_NOTHING
+            argument = isinstance(node, ast.arg) and node.arg in SAYS_NOTHING
             stored = isinstance(node, ast.Name) and not isinstance(node.ctx, ast.Load)
-            count += argument or (stored and node.id == SAYS_NOTHING)
+            count += argument or (stored and node.id in SAYS_NOTHING)
     assert count <= BINDINGS
 
 

@@ -125,25 +125,25 @@ def run(options: argparse.Namespace) -> int:
                 where=f"--kind {options.kind}", hint=f"mechdae {options.kind} P",
             )  # fmt: skip
         return DOCUMENTS[options.kind](options)
-    asked = {name: getattr(options, name) for name in OPTIONS}
-    asked = {name: value for name, value in asked.items() if value is not None}
+    given = {name: getattr(options, name) for name in OPTIONS}
+    given = {name: value for name, value in given.items() if value is not None}
     _form(options, options.kind)
     units_asked(options)
     if is_folder(options.problem):
-        return _of_folder(options, asked)
+        return _of_folder(options, given)
     from mechdae.tasks.pictures import for_picture, with_sketch
 
     problem = with_sketch(problem_of(options))
     where = problem.name
-    kind, name = kind_and_task(problem.tasks, options.kind, options.task, asked, where)
+    kind, name = kind_and_task(problem.tasks, options.kind, options.task, given, where)
     picture, task, form = picture_of(kind), problem.task(name), _form(options, kind)
     check_suits(kind, task.kind, "task", f"tasks.{name}", getattr(task, "of", None) or "")
     if options.mode is not None and "designs" in task.holds:
         raise InputError("a synthesis starts on no assembly mode", where="--mode")
-    extra = options_for(kind, asked)
+    extra = options_for(kind, given)
     try:
-        measures = ("axodes",) if asked.get("axodes") else ()
-        paths = asked.get("of", ())
+        measures = ("axodes",) if given.get("axodes") else ()
+        paths = given.get("of", ())
         result = for_picture(problem, name, picture.needs, paths, options.mode, measures)
     except AssemblyError as error:
         return _written_open(options, problem, name, error)
@@ -151,14 +151,14 @@ def run(options: argparse.Namespace) -> int:
     if kind == "diagram" and _not_assembled(result, pose):
         drawn = _opened(problem, name, result, pose)
         if drawn is not None:
-            del extra["pose"], asked["pose"]
+            del extra["pose"], given["pose"]
             stem = file_name(drawn.problem, drawn.task, f"open-{pose}", {})
             return _written(options, drawn, kind, extra, f"{stem}.{form}")
     if not options.kind and not extra and (fits := fitting(kind, result)) != kind:
-        kind, asked = fits, {}
+        kind, given = fits, {}
         if picture_of(kind).needs != picture.needs:
             result = for_picture(problem, name, picture_of(kind).needs, (), options.mode)
-    stem = file_name(result.problem, result.task, kind, asked)
+    stem = file_name(result.problem, result.task, kind, given)
     return _written(options, result, kind, extra, f"{stem}.{form}")
 
 

@@ -285,8 +285,8 @@ class Filling:
                 new = self.key(key, here)
                 if new in result:
                     raise InputError(f"the name '{new}' is made twice", where=self._at(here))
-                kept = key == self.text and isinstance(item, str)
-                result[new] = item if kept else self.value(item, here)
+                is_text = key == self.text and isinstance(item, str)
+                result[new] = item if is_text else self.value(item, here)
             return result
         if isinstance(value, list):
             return [self.value(item, f"{place}[{i}]") for i, item in enumerate(value)]

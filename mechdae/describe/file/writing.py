@@ -155,8 +155,8 @@ def _dumps(problem: Problem, suffixes: Mapping[str, str]) -> str:
     if typed is not None and same is not None and same.mechanism == problem.mechanism:
         tables = typed.tables
         lines += _typed(tables)
-        kept = [name for name, task in problem.tasks.items() if same.tasks.get(name) == task]
-        tasks |= {name: tables["tasks"][name] for name in kept}
+        unchanged = [name for name, task in problem.tasks.items() if same.tasks.get(name) == task]
+        tasks |= {name: tables["tasks"][name] for name in unchanged}
         expected = tables.get("expected", ()) if same.expected == problem.expected else expected
     else:
         beside = loops_of(problem.mechanism)

@@ -89,14 +89,14 @@ class Driver(Value):
     @property
     def timed(self) -> bool:
         """Whether it is told how fast the coordinate moves."""
-        told = (self.speed, self.acceleration, self.law, self.table)
-        return any(value is not None for value in told)
+        rates = (self.speed, self.acceleration, self.law, self.table)
+        return any(value is not None for value in rates)
 
     @property
     def rests(self) -> bool:
         """Whether it is told to stand still."""
-        told = (self.speed, self.acceleration, self.law, self.table)
-        return told in ((0.0, None, None, None), (0.0, 0.0, None, None))
+        rates = (self.speed, self.acceleration, self.law, self.table)
+        return rates in ((0.0, None, None, None), (0.0, 0.0, None, None))
 
     @property
     def usual_speed(self) -> Number:
@@ -258,7 +258,7 @@ class Driven(Task):
     def untimed(self) -> tuple[Driver, ...]:
         """The drivers that move and have no speed: 1 in the unit of the coordinate."""
         timed = ((d, (d.speed, d.law, d.table)) for d in self.moving_drivers)
-        return tuple(driver for driver, told in timed if told == (None, None, None))
+        return tuple(driver for driver, rates in timed if rates == (None, None, None))
 
     @property
     def way(self) -> int:

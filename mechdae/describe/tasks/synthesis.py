@@ -271,12 +271,12 @@ def _what(goal: Asked) -> tuple[str, str] | None:
 def _goal(goal: GoalDescription, within: Within, place: str) -> tuple[Asked, float]:
     try:
         plain: Any = goal.evaluated(within.mechanism.parameter_values)
-        asked = plain.checked(within)
+        checked = plain.checked(within)
         if plain.weight <= 0:
             raise InputError("a weight is positive", where="weight")
     except MechdaeError as error:
         raise error.inside(place) from None
-    return asked, plain.weight
+    return checked, plain.weight
 
 
 def _constraints(within: Within, task: Synthesis) -> Iterator[Constraint]:

@@ -85,8 +85,8 @@ def base_of(
 def prepared(problem: Problem, name: str, paths: tuple[str, ...]) -> Problem:
     """Return the problem with states enough for the figures that are asked for."""
     task: Task = problem.tasks[name]
-    asked = [path for path in paths if is_figure(path) and not path.startswith("last/")]
-    if not asked or not isinstance(task, Motion) or task.at is not None or task.poses is not None:
+    figures = [path for path in paths if is_figure(path) and not path.startswith("last/")]
+    if not figures or not isinstance(task, Motion) or task.at is not None or task.poses is not None:
         return problem
     return problem.with_task(name, replace(task, poses=STATES))
 

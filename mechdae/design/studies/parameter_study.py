@@ -200,9 +200,9 @@ class Collector:
         self, left: Sequence[int], portions: list[range], workers: int, executor: Executor | None
     ) -> None:
         computer = self.computer
-        asked = (computer.name, computer.outputs, computer.names, computer.certify)
+        content = (computer.name, computer.outputs, computer.names, computer.certify)
         text = _text(computer)
-        works = {i: Sets(__version__, text, *asked, self.sets[portions[i]]) for i in left}
+        works = {i: Sets(__version__, text, *content, self.sets[portions[i]]) for i in left}
 
         def landed(i: int, found: PortionRows) -> None:
             self._land(i, portions[i], found)

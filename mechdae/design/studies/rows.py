@@ -107,8 +107,8 @@ def computed(work: Sets) -> PortionRows | Failure:
     if work.version != __version__:
         return Failure(f"mechdae {__version__} runs there, {work.version} here")
     try:
-        asked = (work.outputs, work.names, work.certify)
-        return _computer(work.text, work.name, *asked)(work.values)
+        content = (work.outputs, work.names, work.certify)
+        return _computer(work.text, work.name, *content)(work.values)
     except MechdaeError as error:
         return Failure(str(error), error=error)
 

@@ -202,9 +202,9 @@ class DesignSpace:
         F, branch, values = self.poses.function(x, u, d)
         nlp.constrain("closure", F / self.units)
         nlp.constrain("branch", sigma * branch, BRANCH * self.poses.margins, np.inf)
-        for asked in self.held_at_poses:
-            sine = self.poses.sine(self.dyad(asked.between), branch, values, sigma)
-            nlp.constrain("transmission", sine, np.sin(asked.min), np.inf)
+        for pose in self.held_at_poses:
+            sine = self.poses.sine(self.dyad(pose.between), branch, values, sigma)
+            nlp.constrain("transmission", sine, np.sin(pose.min), np.inf)
         if self.asked.full_turn:
             return values
         self._boxes(nlp, values)
@@ -249,7 +249,7 @@ class DesignSpace:
 
     @cached_property
     def watched_dyads(self) -> list[Dyad]:
-        return [self.dyad(asked.between) for asked in self.watched_limits]
+        return [self.dyad(limit.between) for limit in self.watched_limits]
 
     def dyad(self, bodies: tuple[str, ...], place: str = "") -> Dyad:
         """Return the dyad whose transmission angle is that between two bodies."""
@@ -362,7 +362,7 @@ class DesignSpace:
         margin = TURNS if given is None else given / self.size
         nlp.constrain("full turn", ca.vertcat(*slack) / self.size, margin, np.inf, self.size)
         angles = [a for a in self.held_over_turn if self.of_loop(self.dyad(a.between))]
-        least = max((float(asked.min) for asked in angles), default=0.0)
+        least = max((float(angle.min) for angle in angles), default=0.0)
         if least:
             nlp.constrain("transmission", self.cosines(d), -np.cos(least), np.cos(least))
 
@@ -397,8 +397,8 @@ class DesignSpace:
             if not self.single_loop:
                 low = WELL * self.poses.margins
                 nlp.constrain("determinants over the turn", sigma * branch, low, np.inf)
-            for asked in self.watched_limits:
-                sine = self.poses.sine(self.dyad(asked.between), branch, values, sigma)
-                nlp.constrain("transmission", sine, np.sin(asked.min), np.inf)
+            for limit in self.watched_limits:
+                sine = self.poses.sine(self.dyad(limit.between), branch, values, sigma)
+                nlp.constrain("transmission", sine, np.sin(limit.min), np.inf)
         for k, values in enumerate(every):
             self._boxes(nlp, values, (every[k - 1], every[(k + 1) % self.NODES]))

@@ -250,7 +250,7 @@ def fallen(spread: Spread, values: Values, given: Values) -> NewValues | None:
     whole = np.reshape(values["turn"], (-1, max(space.poses.nx, 1)))
     d = dimensions(values["d"], given)
     unknowns, x, least = watched(spread, d, space.circle, whole[: space.NODES])
-    bounds = np.array([np.sin(asked.min) for asked in space.watched_limits])
+    bounds = np.array([np.sin(limit.min) for limit in space.watched_limits])
     if not (least < bounds - SEEN).any():
         return None
     return {"turn": np.concatenate([whole[: space.NODES], x])}, {"watched": unknowns}

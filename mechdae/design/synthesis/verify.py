@@ -162,22 +162,22 @@ class Design:
         poses = self.space.poses
         scene, model, mechanism = poses.scene, poses.model, poses.mechanism
         if mechanism.dimension == 2:
-            told = {c.owner: scene.recover[c.key] for c in scene.recovered if c.kind is ANGLE}
-            told |= self._slides()
+            angles = {c.owner: scene.recover[c.key] for c in scene.recovered if c.kind is ANGLE}
+            angles |= self._slides()
         else:
-            told = {
+            angles = {
                 ".".join(c.key): scene.recover[c.key]
                 for c in scene.recovered
                 if c.owner in mechanism.joints and c.kind is not UNIT
             }
             if any(c.kind is UNIT for c in scene.recovered):
-                told |= self._places()
+                angles |= self._places()
         p = np.array(ca.DM(parameters_of(model, poses.free, SX(ca.DM(self.d))))).ravel()
         values = ca.Function(
-            "told", [scene.x, scene.u, model.p], [ca.densify(ca.vertcat(*told.values()))]
+            "told", [scene.x, scene.u, model.p], [ca.densify(ca.vertcat(*angles.values()))]
         )
         found = np.array(values(self.x, self.u, p)).ravel()
-        sketch = dict(zip(told, found.tolist(), strict=True))
+        sketch = dict(zip(angles, found.tolist(), strict=True))
         driver = scene.drivers[0]
         turns = driver.part in mechanism.joints and driver.text == f"{driver.part}.angle"
         if driver.text not in sketch and (turns or driver.part not in sketch):

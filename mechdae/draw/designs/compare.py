@@ -77,13 +77,13 @@ def _frame(
     """Return the graph, with the designs and their objectives in its key."""
     count = len(designs)
     key = []
-    for k, own in enumerate(designs):
+    for k, design in enumerate(designs):
         line: dict[str, object] = {**line_of(k), "linewidth": 1.5}
         if points:
             line = {
                 "color": color_of(k), "linestyle": "", "marker": mark_of(k), "markersize": 4.5,
             }  # fmt: skip
-        text = f"{words('design', k + 1)}: {words.number(own.data['objective'], 4)}"
+        text = f"{words('design', k + 1)}: {words.number(design.data['objective'], 4)}"
         key.append(Entry(text, line=line))
     facts = [words("compared one") if count == 1 else words("compared", count), what]
     return headed(designs[0].result, ax, facts, [*key, *more], height)
@@ -92,7 +92,7 @@ def _frame(
 def _paths(designs: Sequence[DrawnDesign], goal: Visits, ax: Axes | None, words: Words) -> Axes:
     """Draw the paths of a point, or of a body's origin, over the targets; below, the errors."""
     wanted = np.array(goal.targets)[:, :2]
-    paths = [own.path(goal.what) for own in designs]
+    paths = [design.path(goal.what) for design in designs]
     ring = [Entry(words("target"), line=MARK)]
     frame = _frame(designs, words("path of", goal.what), ax, words, HEIGHT + BELOW, ring)
     panel = frame.panels[0]
@@ -112,12 +112,12 @@ def _at_targets(designs: Sequence[DrawnDesign], ax: Axes, words: Words) -> None:
     """Draw the error of each design at each target."""
     frame = Panels(ax, 1, "", "")
     panel = frame.panels[0]
-    errors = [np.abs(np.array(own.data["errors"], float)) for own in designs]
+    errors = [np.abs(np.array(design.data["errors"], float)) for design in designs]
     small, power = scale_of_errors("m", np.concatenate(errors), designs[0].result.units)
-    for index, own in enumerate(errors):
+    for index, error in enumerate(errors):
         look = line_of(index) | {"linewidth": 1.2, "marker": mark_of(index), "markersize": 3.5}
-        x = np.arange(1, len(own) + 1)
-        frame.line(panel, f"errors-{index + 1}", x, small(own), zorder=2, **look)
+        x = np.arange(1, len(error) + 1)
+        frame.line(panel, f"errors-{index + 1}", x, small(error), zorder=2, **look)
     panel.xaxis.set_major_locator(MaxNLocator(integer=True))
     panel.set_ylim(0.0, 1.08 * float(small(np.concatenate(errors)).max()) or 1.0)
     panel.margins(x=0.02)
@@ -133,12 +133,12 @@ def _errors(
     """Draw the structural errors, or the deviations from the line, over the interval."""
     mechanism, units = designs[0].problem.mechanism, designs[0].result.units
     curves: list[tuple[Array, Array]] = []
-    for own in designs:
+    for design in designs:
         if isinstance(goal, StraightLine):
-            along, errors, _ = deviation(own, goal)
+            along, errors, _ = deviation(design, goal)
             curves.append((along, errors))
         else:
-            at, errors = errors_of(own, goal)
+            at, errors = errors_of(design, goal)
             curves.append((at - at[0], errors))
     if isinstance(goal, StraightLine):
         unit, below, what, word = "m", "m", words("along the line"), words("deviation")
@@ -150,7 +150,7 @@ def _errors(
     frame = _frame(designs, word, ax, words, HEIGHT * 0.8, points=points)
     panel, k = frame.panels[0], frame.k
     small, power = scale_of_errors(unit, np.concatenate([errors for _, errors in curves]), units)
-    across = scale_of(below, [own for own, _ in curves], units)
+    across = scale_of(below, [axis for axis, _ in curves], units)
     panel.axhline(0.0, color=style.FAINT, linewidth=0.8 * k, zorder=1)
     for index, (at, errors) in enumerate(curves):
         look = line_of(index)
@@ -170,9 +170,9 @@ def _angles(designs: Sequence[DrawnDesign], goal: Rocker, ax: Axes | None, words
     panel, units = frame.panels[0], designs[0].result.units
     across = scale_of(coordinate(mechanism, driver).unit, (), units)
     up = scale_of(coordinate(mechanism, goal.coordinate).unit, (), units)
-    for index, own in enumerate(designs):
-        at = own.driven(own.motion)
-        angle = own.series(own.motion, goal.coordinate)
+    for index, design in enumerate(designs):
+        at = design.driven(design.motion)
+        angle = design.series(design.motion, goal.coordinate)
         track = across(at - at[0]), up(angle - angle[0])
         frame.line(panel, f"angle-{index + 1}", *track, linewidth=1.5, **line_of(index))
     panel.margins(x=0.0)

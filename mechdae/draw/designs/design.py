@@ -197,7 +197,7 @@ def _end_of(
     result = None
     for joint in scene.mechanism.joints.values():
         sides = {joint.first_body: joint.first, joint.second_body: joint.second}
-        moving = [own for own in sides if own not in fixed]
+        moving = [side for side in sides if side not in fixed]
         if len(moving) != 1 or (body is None and moving[0] in driven):
             continue
         if body is not None and moving[0] != body:

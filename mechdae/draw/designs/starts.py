@@ -72,9 +72,9 @@ def draw_census(result: SynthesisResult, ax: Axes | None = None, *, lang: str = 
     classes = list(dict.fromkeys(run["class"] for run in runs))
     shown = {row.kind for row in rows}
     designs = result.data["designs"]
-    lost = len(summary["rejected"]) + sum(bool(own.get("defects")) for own in designs)
+    lost = len(summary["rejected"]) + sum(bool(design.get("defects")) for design in designs)
     if "solutions" in summary:
-        lost = summary["solutions"] - sum(not own.get("defects") for own in designs)
+        lost = summary["solutions"] - sum(not design.get("defects") for design in designs)
         facts = [words("census solutions", summary["solutions"], lost)]
     else:
         facts = [words("census", summary["starts"], summary["distinct"], lost)]
@@ -92,7 +92,7 @@ def draw_census(result: SynthesisResult, ax: Axes | None = None, *, lang: str = 
         "rejected": (style.PAPER, style.INK, REJECTED),
         "failed": (style.GHOST, style.FAINT, LOST),
     }
-    key += [Entry(words(word), area=own) for word, own in samples.items() if word in used]
+    key += [Entry(words(word), area=sample) for word, sample in samples.items() if word in used]
     frame = headed(result, ax, facts, key, ROW * len(rows) + 10.0)
     panel = frame.panels[0]
     _draw(frame, panel, rows, colours)
@@ -113,15 +113,18 @@ def rows_of(result: SynthesisResult, words: Words) -> list[Bar]:
 
     rows = [
         Bar(
-            "rejected" if own.get("defects") else "design",
+            "rejected" if design.get("defects") else "design",
             str(k),
-            own.get("class", "any"),
-            own["hits"],
+            design.get("class", "any"),
+            design["hits"],
             said(
-                own["objective"], own["hits"], own.get("class", "any"), *own.get("defects", ())[:1]
+                design["objective"],
+                design["hits"],
+                design.get("class", "any"),
+                *design.get("defects", ())[:1],
             ),
         )
-        for k, own in enumerate(designs, 1)
+        for k, design in enumerate(designs, 1)
     ]
     clusters = clusters_of(summary["runs"], sense_of(result))
     looked = len(designs) + len(summary["rejected"])
@@ -129,10 +132,10 @@ def rows_of(result: SynthesisResult, words: Words) -> list[Bar]:
     exact = all(value == 0.0 for value, _, _ in clusters)
     ranked: list[tuple[float, Bar]] = []
     rest = list(clusters)
-    for own in summary["rejected"]:
-        value, kind, hits = _nearest(rest, own["objective"])
+    for rejection in summary["rejected"]:
+        value, kind, hits = _nearest(rest, rejection["objective"])
         hits = 1 if exact else hits
-        first, *more = own["reasons"]
+        first, *more = rejection["reasons"]
         text = said(value, hits, kind, f"{first}; …" if more else first)
         ranked.append((value, Bar("rejected", "\N{MULTIPLICATION SIGN}", kind, hits, text)))
     for value, kind, hits in () if exact else clusters[looked:]:
@@ -161,8 +164,8 @@ def clusters_of(runs: Sequence[Mapping[str, Any]], sense: int) -> list[tuple[flo
     result: list[tuple[float, str, int]] = []
     for value, kind in sorted(found, key=lambda entry: entry[0] * sense):
         if result and abs(value - result[-1][0]) <= SAME * abs(result[-1][0]):
-            best, own, hits = result[-1]
-            result[-1] = best, own, hits + 1
+            best, why, hits = result[-1]
+            result[-1] = best, why, hits + 1
         else:
             result.append((value, kind, 1))
     return result
@@ -272,9 +275,9 @@ def _starts(frame: Panels, runs: Sequence[Mapping[str, Any]], values: Array, bet
         best = better.accumulate(values)
         frame.line(panel, "best", numbers, best, drawstyle="steps-post", zorder=2, **BEST)
     for index, name in enumerate(dict.fromkeys(run["class"] for run in runs)):
-        own = there & np.array([run["class"] == name for run in runs])
-        if own.any():
-            frame.line(panel, f"starts-{name}", numbers[own], values[own], **_mark(index))
+        chosen = there & np.array([run["class"] == name for run in runs])
+        if chosen.any():
+            frame.line(panel, f"starts-{name}", numbers[chosen], values[chosen], **_mark(index))
     if not there.all():
         lost = numbers[~there]
         height, above = np.full(len(lost), FAILED), panel.get_xaxis_transform()

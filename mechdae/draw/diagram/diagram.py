@@ -209,7 +209,7 @@ def draw_scene(
 
 def larger_for(scene: DrawnScene, pose: int, low: Array, high: Array) -> tuple[float, float]:
     """Return how much larger a new figure is to be so that labels find room between joints."""
-    spots = np.array([scene.place(own.references[0], pose) for own in places_of(scene, pose)])
+    spots = np.array([scene.place(place.references[0], pose) for place in places_of(scene, pose)])
     border = np.array([2 * style.MARGIN, 2 * style.MARGIN + style.STRIP])
     scale = float(((high - low) / (np.array(style.AREA) - border)).max())
     if len(spots) < style.CROWD or not scale > 0:
@@ -293,13 +293,13 @@ def thinned(points: Array) -> Array:
     steps = np.hypot(*np.diff(points, axis=0).T)
     gap = np.isnan(points[:, 0])
     pieces = np.cumsum(np.nan_to_num(steps)) // STRIDE
-    kept = np.array(gap)
-    kept[0] = True
-    kept[1:] |= np.diff(pieces, prepend=0.0) > 0
-    kept[:-1] |= gap[1:]
-    kept[1:] |= gap[:-1]
-    kept[-1] = True
-    fewer: Array = points[kept]
+    gaps = np.array(gap)
+    gaps[0] = True
+    gaps[1:] |= np.diff(pieces, prepend=0.0) > 0
+    gaps[:-1] |= gap[1:]
+    gaps[1:] |= gap[:-1]
+    gaps[-1] = True
+    fewer: Array = points[gaps]
     return fewer
 
 

@@ -54,7 +54,7 @@ def held_drivers(result: Result, drivers: Sequence[NamedCoordinate]) -> set[str]
     given = getattr(result, "drivers", None) or {}
     if not given:
         listed = getattr(getattr(result, "definition", None), "drivers", None) or ()
-        return {own.coordinate for own in listed if own.law is None}
+        return {driver.coordinate for driver in listed if driver.law is None}
     still = {entry.text for entry in drivers if _rests(given[entry.text])}
     return still if len(still) < len(drivers) else set()
 
@@ -181,8 +181,8 @@ def draw_brake(
         body = next(iter(driven_bodies(scene, [entry])))
         wheels = [
             radius * sheet.metre
-            for own in scene.joints(pose)
-            for name, _, radius in circles(scene, own, pose)
+            for neighbour in scene.joints(pose)
+            for name, _, radius in circles(scene, neighbour, pose)
             if name.split(".")[0] == body
         ]
         symbols.shoe(sheet, center, max(wheels, default=3.0 * style.PIN), gid, fixed)

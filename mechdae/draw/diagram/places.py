@@ -220,7 +220,7 @@ def letters_of(scene: JoinedScene, pose: int, places: Sequence[Place]) -> dict[s
     for references, letter, others in owners:
         name = letter
         if count[letter] > 1:
-            free = [own for own in others if own not in taken and own not in count]
+            free = [other for other in others if other not in taken and other not in count]
             name = free[0] if free else references[0]
         taken.add(name)
         found |= dict.fromkeys(references, name)

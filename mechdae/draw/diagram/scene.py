@@ -283,7 +283,7 @@ def driver_names(result: Result) -> list[str]:
         return list(given)
     listed = getattr(getattr(result, "definition", None), "drivers", None) or ()
     moving = getattr(result, "kind", "") in ("motion", "equilibrium")
-    return [own.coordinate for own in listed] if moving else []
+    return [driver.coordinate for driver in listed] if moving else []
 
 
 def _cylinders(mechanism: Mechanism, drivers: list[str]) -> Iterator[str]:
@@ -298,7 +298,9 @@ def _cylinders(mechanism: Mechanism, drivers: list[str]) -> Iterator[str]:
 
 def _hangs(mechanism: Mechanism, guide: Joint, body: str, point: str) -> bool:
     """Return whether a link has one joint beside its guide, a pin at the guide's point."""
-    others = [own for own in mechanism.joints.values() if body in own.bodies and own != guide]
+    others = [
+        joint for joint in mechanism.joints.values() if body in joint.bodies and joint != guide
+    ]
     if body == GROUND or len(others) != 1 or not others[0].hinge:
         return False
     numbers = mechanism.values()

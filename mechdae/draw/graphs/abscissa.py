@@ -116,7 +116,7 @@ def abscissa_of(result: Result, against: str | None = None) -> Abscissa:
         return Abscissa("path", f"{line.name} {line.quantity}".strip(), scale, line.values)
     if result.time is not None:
         return Abscissa("time", "time", Scale("s"), np.asarray(result.time, float))
-    moving = [name for name, own in result.drivers.items() if np.ptp(own.position) > 0]
+    moving = [name for name, driver in result.drivers.items() if np.ptp(driver.position) > 0]
     if len(moving) > 1 or not result.drivers:
         count = len(result.status)
         return Abscissa("pose", "pose", Scale(""), np.arange(count, dtype=float))
@@ -251,7 +251,7 @@ def key_of(
         entries.append(Entry(f"{word} {where}", area=style.ARCS[word]))
     for kind in dict.fromkeys(kind for kind, _ in events):
         word, look = MARKS[kind]
-        places = list(dict.fromkeys(axis.text(x) for own, x in events if own == kind))
+        places = list(dict.fromkeys(axis.text(x) for event, x in events if event == kind))
         where = ", ".join(places) if len(places) <= SHOWN else f"{len(places)} times"
         upright = {"upright": True, "linewidth": style.LINE, "linestyle": look}
         line = MARK | {"marker": look} if isinstance(look, str) else upright
@@ -261,7 +261,7 @@ def key_of(
 
 def beyond_key(axis: Abscissa, clips: Sequence[Clip | None]) -> list[Entry]:
     """Return the entry of the key that says where series leave the picture."""
-    found = [own.at for clip in clips if clip is not None for own in clip.beyond]
+    found = [peak.at for clip in clips if clip is not None for peak in clip.beyond]
     near = NEAR * float(np.ptp(axis.values[np.isfinite(axis.values)])) if found else 0.0
     places: list[float] = []
     for at in sorted(found):

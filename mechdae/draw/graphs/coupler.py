@@ -70,11 +70,11 @@ def draw_all(
     """Draw the paths of several variants of a task, see `draw`; ticks only of one."""
     result, several = results[0], len(results) > 1
     vectors: list[tuple[str, str, str, Array]] = []
-    chosen = [list(of) if of else default_points(own) for own in results]
-    finest = [smooth_vectors(own, names) for own, names in zip(results, chosen, strict=True)]
-    for own, names, label in zip(finest, chosen, labels, strict=True):
+    chosen = [list(of) if of else default_points(drawn) for drawn in results]
+    finest = [smooth_vectors(drawn, names) for drawn, names in zip(results, chosen, strict=True)]
+    for fine, names, label in zip(finest, chosen, labels, strict=True):
         for name in names:
-            part, quantity, unit, values = vector_of(own, name)
+            part, quantity, unit, values = vector_of(fine, name)
             vectors.append((f"{part}, {label}" if several else part, quantity, unit, values))
     units = list(dict.fromkeys(unit for _, _, unit, _ in vectors))
     if not vectors:
@@ -91,7 +91,7 @@ def draw_all(
     shown = pivots_of(result, extent) if world and pivots else []
     what = f"hodograph of the {' and '.join(quantities)}"
     if places:
-        what = f"paths of {' and '.join(PLACES[own] for own in quantities)}"
+        what = f"paths of {' and '.join(PLACES[kind] for kind in quantities)}"
     frame = draw_loci(
         finest[0],
         ax,
@@ -127,9 +127,9 @@ def default_points(result: SweepResult) -> list[str]:
     floating = [name for name in moving if name.split(".")[0] not in fixed]
     kept: list[str] = []
     for name in free or floating or moving:
-        own = result.points[name].position
-        near = SMALL * 1e6 * _spread(own)
-        if not any(_same(own, result.points[other].position, near) for other in kept):
+        path = result.points[name].position
+        near = SMALL * 1e6 * _spread(path)
+        if not any(_same(path, result.points[other].position, near) for other in kept):
             kept.append(name)
     return kept[:MOST]
 
@@ -235,5 +235,5 @@ def _largest(result: SweepResult) -> list[str]:
         if "reaction" in series
     }
     guides = {name for name in sizes if "normal" in result.joints[name]}
-    sizes = {name: own for name, own in sizes.items() if name not in guides} or sizes
+    sizes = {name: size for name, size in sizes.items() if name not in guides} or sizes
     return [f"joints/{max(sizes, key=lambda name: sizes[name])}/reaction"] if sizes else []

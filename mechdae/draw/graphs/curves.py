@@ -106,8 +106,8 @@ def draw_all(
     """Draw the series of several variants of a task, each in its colour, see `draw`."""
     ends = (start, end)
     finest = [_smooth(result, of, against, ends) for result in results]
-    axes = [_along(own, result, against) for own, result in zip(finest, results, strict=True)]
-    lines = [replace(line, variant=k) for k, own in enumerate(finest) for line in _lines(own, of)]
+    axes = [_along(fine, result, against) for fine, result in zip(finest, results, strict=True)]
+    lines = [replace(line, variant=k) for k, fine in enumerate(finest) for line in _lines(fine, of)]
     if ends != (None, None):
         axes, rows = zip(*(in_window(axis, *ends) for axis in axes), strict=True)
         lines = [line.at(rows[line.variant]) for line in lines]
@@ -180,19 +180,19 @@ def _line_of(variant: int) -> Json:
 
 def _end(line: Line, group: Sequence[Line], names: Sequence[str]) -> str:
     """Return what stands at the end of a curve: its name, with that of its variant."""
-    own = [other for other in group if other.variant == line.variant]
+    same = [other for other in group if other.variant == line.variant]
     if len(names) == 1:
-        return _label(line, own)
-    return names[line.variant] if len(own) == 1 else f"{_label(line, own)}, {names[line.variant]}"
+        return _label(line, same)
+    return names[line.variant] if len(same) == 1 else f"{_label(line, same)}, {names[line.variant]}"
 
 
 def _panels(lines: Sequence[Line]) -> Iterator[list[Line]]:
     """Yield the lines of each unit; what grows by powers of ten has its own panel."""
     groups: dict[tuple[str, str], list[Line]] = {}
     for line in lines:
-        own = line.quantity if line.unit in ("1", "") else ""
-        own = line.quantity if line.quantity in LOGARITHMIC else own
-        groups.setdefault((line.unit, own), []).append(line)
+        quantity = line.quantity if line.unit in ("1", "") else ""
+        quantity = line.quantity if line.quantity in LOGARITHMIC else quantity
+        groups.setdefault((line.unit, quantity), []).append(line)
     yield from groups.values()
 
 
@@ -253,19 +253,19 @@ def _draw_panel(
     looks = _variants(group) if several else _looks(group)
     logarithmic = all(line.quantity in LOGARITHMIC for line in group)
     if logarithmic:
-        own = results[0].units.of(group[0].unit)
-        scale = Scale("" if own.name == "1" else own.name, own.factor)
+        unit = results[0].units.of(group[0].unit)
+        scale = Scale("" if unit.name == "1" else unit.name, unit.factor)
     style_of = "-" if axis.rises or axis.kind == "path" else ""
     for line, (color, dash) in zip(group, looks, strict=True):
-        own, result = axes[line.variant], results[line.variant]
+        unit, result = axes[line.variant], results[line.variant]
         variant = f"-{names[line.variant]}" if several else ""
         lined = style_of if not few_named(result) else ""
         count = len(result.status)
-        track = with_gaps(own.shown, scale(line.values), _cuts(own, line))
+        track = with_gaps(unit.shown, scale(line.values), _cuts(unit, line))
         look: Json = {"linestyle": (dash or lined) if lined else "", "linewidth": 1.4}
         look |= {"marker": "o" if count <= FEW or not lined else "", "markersize": 3.2}
         gid = f"curve-{line.path}-{line.name}{variant}"
-        frame.line(panel, gid, *track, color=color, markevery=own.dots if lined else None, **look)
+        frame.line(panel, gid, *track, color=color, markevery=unit.dots if lined else None, **look)
     finite = [scale(line.values)[np.isfinite(line.values)] for line in group]
     everything = np.concatenate([*finite, np.zeros(0)])
     if logarithmic and (everything > 0).any():
@@ -374,7 +374,7 @@ def _extremes(result: SweepResult, line: Line) -> Iterator[tuple[str, float, flo
         for word in ("min", "max"):
             yield word, found[word]["at"], found[word]["value"]
     elif line.quantity == "transmission angle":
-        own = result.summary.get("transmission", {}).get(line.name)
-        if own:
-            yield "min", own["at"], own["min"]
-            yield "max", own["max_at"], own["max"]
+        transmission = result.summary.get("transmission", {}).get(line.name)
+        if transmission:
+            yield "min", transmission["at"], transmission["min"]
+            yield "max", transmission["max_at"], transmission["max"]

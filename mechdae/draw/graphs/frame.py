@@ -376,7 +376,7 @@ class Places:
             steps = np.hypot(*np.diff(places, axis=0).T)
             length = np.concatenate([[0.0], np.cumsum(steps)])
             fine = np.linspace(0.0, length[-1], max(int(length[-1] / STEP), 2))
-            places = np.stack([np.interp(fine, length, own) for own in places.T], axis=1)
+            places = np.stack([np.interp(fine, length, column) for column in places.T], axis=1)
         rows = np.hstack([places[: max(len(places) - 1, 1)], places[-max(len(places) - 1, 1) :]])
         self.lines = np.vstack([self.lines, np.insert(rows, 4, 1.0, axis=1)])
 

@@ -150,17 +150,17 @@ def _clips(axis: Abscissa, locus: Locus) -> tuple[Clip | None, Clip | None]:
     if not axis.rises or len(axis.values) != len(locus.values):
         return None, None
     at = cuts(locus.values)
-    x, y = (clip_of(axis.values, own, at) for own in locus.values.T)
+    x, y = (clip_of(axis.values, column, at) for column in locus.values.T)
     return x, y
 
 
 def _within(locus: Locus, clips: tuple[Clip | None, Clip | None]) -> Array:
     """Return the places of a curve that lie within its limits."""
     inside = np.isfinite(locus.values).all(axis=1)
-    for own, clip in zip(locus.values.T, clips, strict=True):
+    for column, clip in zip(locus.values.T, clips, strict=True):
         if clip is not None:
             with np.errstate(invalid="ignore"):
-                inside &= (own >= clip.low) & (own <= clip.high)
+                inside &= (column >= clip.low) & (column <= clip.high)
     return locus.values[inside]
 
 
@@ -174,7 +174,7 @@ def _limits(
     origin: bool,
 ) -> float:
     """Set equal scales on both axes; return the size of a point [unit shown]."""
-    rows = [scale(_within(locus, own)) for locus, own in zip(loci, clips, strict=True)]
+    rows = [scale(_within(locus, clip)) for locus, clip in zip(loci, clips, strict=True)]
     rows += [np.atleast_2d(scale(place)) for _, place in pivots]
     rows += [np.zeros((1, 2))] if origin else []
     points = np.vstack(rows)
@@ -279,7 +279,7 @@ def _peak(
     if not np.isfinite(size).any() or np.nanmax(size) == 0:
         return
     pose = int(np.nanargmax(np.round(size / np.nanmax(size), 12)))
-    x, y = (float(own) for own in values[pose])
+    x, y = (float(value) for value in values[pose])
     frame.mark(panel, (x, y), "D", 5.0, style.color_of(k), f"peak-{locus.name}")
     text = f"{number(float(size[pose]), 4)} at {axis.text(axis.values[pose])}"
     out = np.array([x, y]) / size[pose]

@@ -61,7 +61,7 @@ def draw(
     finest = _smooth(result, of)
     losses = _losses(finest, of)
     layers = _layers(losses)
-    total = np.sum([own for _, own in layers], axis=0)
+    total = np.sum([layer for _, layer in layers], axis=0)
     estimate = _without_feedback(finest, losses)
     sums = [total] if estimate is None else [total, estimate]
     axis = abscissa_of(finest)
@@ -78,7 +78,7 @@ def draw(
         order = np.argsort(axis.shown, kind="stable")
         x, y = axis.shown[order], scale(estimate)[order]
         frame.line(panel, "loss-uncoupled", x, y, **DASHED)
-    highest = max((float(np.nanmax(own, initial=0.0)) for own in sums), default=0.0)
+    highest = max((float(np.nanmax(power, initial=0.0)) for power in sums), default=0.0)
     panel.set_ylim(0.0, float(scale(highest)) * 1.06 or 1.0)
     draw_axis(frame, axis, arcs, events)
     frame.label(panel, x=axis_label(axis), y=f"loss [{scale.unit}]")
@@ -107,7 +107,7 @@ def _losses(result: SweepResult, of: Sequence[str] | None) -> dict[str, Array]:
     losses = {name: np.asarray(result.joints[name].loss, float) for name in names}
     if of is not None:
         return losses
-    return {n: own for n, own in losses.items() if np.nanmax(own, initial=0.0) > 0} or losses
+    return {n: loss for n, loss in losses.items() if np.nanmax(loss, initial=0.0) > 0} or losses
 
 
 def _without_feedback(result: Any, names: Iterable[str]) -> Array | None:
@@ -130,17 +130,17 @@ def _areas(
     """Draw losses above each other; return height, label and colour of the end of each."""
     panel, order = frame.panels[0], np.argsort(x, kind="stable")
     base, ends = np.zeros(len(x)), []
-    tops = np.cumsum([own[order] for _, own in layers], axis=0)
+    tops = np.cumsum([layer[order] for _, layer in layers], axis=0)
     order = order[thinned(x[order], [*tops])]
-    for k, ((name, own), label) in enumerate(zip(layers, labels, strict=True)):
-        top = base + own
+    for k, ((name, layer), label) in enumerate(zip(layers, labels, strict=True)):
+        top = base + layer
         color = style.color_of(k)
         lower, upper = scale(base)[order], scale(top)[order]
         area = _faded(color, FADE), _faded(color, FADE / 2), HATCHES[k % len(HATCHES)]
         panel.fill_between(x[order], lower, upper, zorder=2, gid=f"loss-{name}", **shaded(area))
         frame.line(panel, f"top-{name}", x[order], upper, color=color, linewidth=1.1, zorder=2.5)
         finite = np.flatnonzero(np.isfinite(top[order]))
-        middle = (base + own / 2)[order]
+        middle = (base + layer / 2)[order]
         ends.append((float(scale(middle[finite[-1]])) if finite.size else 0.0, label, color))
         base = top
     return ends
@@ -165,4 +165,4 @@ def _label(result: Any, name: str) -> str:
 
 def _faded(color: str, share: float) -> str:
     parts = [int(color[k : k + 2], 16) for k in (1, 3, 5)]
-    return "#" + "".join(f"{round(255 * share + own * (1 - share)):02x}" for own in parts)
+    return "#" + "".join(f"{round(255 * share + part * (1 - share)):02x}" for part in parts)

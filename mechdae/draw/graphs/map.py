@@ -206,7 +206,7 @@ def _draw_map(result: StudyResult, ax: Axes | None, plane: Plane) -> Axes:
         scale_of(unit, [values], result.units)
         for unit, values in zip(plane.units, plane.axes, strict=True)
     ]
-    x, y = (own(values) for own, values in zip(scales, plane.axes, strict=True))
+    x, y = (factor(values) for factor, values in zip(scales, plane.axes, strict=True))
     good = np.isin(plane.status, FINE) | (plane.status == "ambiguous")
     values = np.where(good, scale(plane.values), np.nan)
     locked = "efficiency" in plane.label and bool((values[np.isfinite(values)] < 0).any())

@@ -123,7 +123,7 @@ def clip_of(x: Array, values: Array, at: Sequence[int]) -> Clip | None:
         else:
             least, most = min(least, float(own.min())), max(most, float(own.max()))
     least, most = max(least, lowest), min(most, highest)
-    hidden = tuple(own for own in peaks if not least <= own.value <= most)
+    hidden = tuple(extreme for extreme in peaks if not least <= extreme.value <= most)
     if poles or (hidden and most - least < full / 2):
         return Clip(least, most, poles + hidden)
     return None
@@ -142,14 +142,16 @@ def joined(clips: Sequence[Clip | None], values: Sequence[Array]) -> Clip | None
         return None
     low, high = np.inf, -np.inf
     beyond: list[Beyond] = []
-    for clip, own in zip(clips, values, strict=True):
-        finite = own[np.isfinite(own)]
+    for clip, value in zip(clips, values, strict=True):
+        finite = value[np.isfinite(value)]
         if clip is not None:
             low, high = min(low, clip.low), max(high, clip.high)
             beyond += clip.beyond
         elif finite.size:
             low, high = min(low, float(finite.min())), max(high, float(finite.max()))
-    outside = tuple(own for own in beyond if own.pole or not low <= own.value <= high)
+    outside = tuple(
+        extreme for extreme in beyond if extreme.pole or not low <= extreme.value <= high
+    )
     return Clip(low, high, outside) if outside else None
 
 

@@ -32,8 +32,8 @@ class Scale:
 def scale_of(unit: str, values: Iterable[object] = (), units: Units = SI) -> Scale:
     """Return what values of an SI unit are shown in: as asked for, or by their largest."""
     if unit in units.by_si:
-        own = units.of(unit)
-        return Scale(own.name, own.factor)
+        shown = units.of(unit)
+        return Scale(shown.name, shown.factor)
     if unit.startswith("rad"):
         return Scale("deg" + unit[3:], DEGREES) if unit == "rad" else Scale(unit)
     if unit not in PREFIXED:

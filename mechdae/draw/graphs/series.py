@@ -116,16 +116,16 @@ def lines_of(result: Result, path: str) -> list[Line]:
         unit, rows = centre_unit(rest[0]), np.reshape(array, (len(array), -1)).T
         axes = "xyz" if len(rows) > 1 else [""]
         lines = [
-            _line(path, f"{rest[0]} {axis}".strip(), "centre", own, unit)
-            for axis, own in zip(axes, rows, strict=False)
+            _line(path, f"{rest[0]} {axis}".strip(), "centre", row, unit)
+            for axis, row in zip(axes, rows, strict=False)
         ]
         return [replace(line, cuts=tuple(cuts(array))) for line in lines]
     if head in result.scalars:
         return [_line(path, "", head, result.scalars[head], UNITS[head])]
     if head == "work" and result.work:
         loads = rest[:1] or list(result.work)
-        works = [(own, _known("load", own, result.work)) for own in loads]
-        return [_line(f"work/{own}", own, "work", array, "J") for own, array in works]
+        works = [(load, _known("load", load, result.work)) for load in loads]
+        return [_line(f"work/{source}", source, "work", array, "J") for source, array in works]
     known = [*KINDS, "efforts", "bound", "condition", "centres", *result.scalars, "work"]
     parts = [f"{kind}/{name}" for kind in KINDS for name in getattr(result, kind)]
     raise UnknownName("path", path, [*known, *parts])
@@ -266,16 +266,16 @@ def _of_part(result: Result, path: str, kind: str, rest: Sequence[str]) -> list[
 def _of_efforts(result: Any, path: str, head: str, rest: Sequence[str]) -> list[Line]:
     word = head.removeprefix("efforts").lstrip("_")
     if word and word not in result.parts:
-        raise UnknownName("path", path, ["efforts", *(f"efforts_{own}" for own in result.parts)])
+        raise UnknownName("path", path, ["efforts", *(f"efforts_{part}" for part in result.parts)])
     series = result.parts[word] if word else result.efforts
     names = rest[:1] or list(series)
     lines = []
     for name in names:
         unit = effort_unit(result.mechanism, name)
-        own = f"{name}, {BEHIND.get(word, word)}" if word else name
+        title = f"{name}, {BEHIND.get(word, word)}" if word else name
         partner = f"efforts/{name}" if word == "uncoupled" else ""
         values = _known("driver", name, series)
-        lines.append(_line(f"{head}/{name}", own, "effort", values, unit, "", partner))
+        lines.append(_line(f"{head}/{name}", title, "effort", values, unit, "", partner))
     return lines
 
 

@@ -189,9 +189,12 @@ def link_numbers(scene: JoinedScene, pose: int, links: Links) -> list[Writing]:
             weight = (
                 style.RING if name in links.wheels and not links.bars.get(name) else style.SOLID
             )
-            own = np.array([(*a, *b, weight) for a, b in anchors]).reshape(-1, 5)
+            segments = np.array([(*a, *b, weight) for a, b in anchors]).reshape(-1, 5)
             label = replace(
-                label, own=own, costs=label.costs + _strange(label, name, links, anchors), rank=1
+                label,
+                own=segments,
+                costs=label.costs + _strange(label, name, links, anchors),
+                rank=1,
             )
             result.append(Writing(str(number), "number", f"number-{name}", chosen, label, anchors))
     return result

@@ -298,7 +298,7 @@ class Arrangement:
 
     def __init__(self, labels: Sequence[Candidates]) -> None:
         self.labels, self.picks = list(labels), [-1] * len(labels)
-        least = [round(float(own.fixed.min()), 6) for own in labels]
+        least = [round(float(label.fixed.min()), 6) for label in labels]
         self.order: list[int] = sorted(
             range(len(labels)), key=lambda i: (labels[i].rank, -least[i])
         )
@@ -334,7 +334,7 @@ class Arrangement:
     def burden(self) -> Array:
         """Return how much each label covers at its place, (labels,)."""
         pairs = zip(self.labels, self.picks, strict=True)
-        result: Array = self.totals() - np.array([own.costs[pick] for own, pick in pairs])
+        result: Array = self.totals() - np.array([label.costs[pick] for label, pick in pairs])
         return result
 
     def _settle(self, members: Sequence[int]) -> None:

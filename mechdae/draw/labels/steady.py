@@ -188,7 +188,7 @@ def chosen_labels(
 
     def look(trials: Sequence[MovingPlaces]) -> None:
         for k, block in enumerate(blocks):
-            seen = [(own, own.there.index(k)) for own in trials if k in own.there]
+            seen = [(trial, trial.there.index(k)) for trial in trials if k in trial.there]
             seen = [(own, i) for own, i in seen if np.isfinite(own.spots[i]).all()]
             counts = [len(own.ways) for own, _ in seen]
             if not counts:
@@ -219,7 +219,7 @@ def chosen_labels(
         best = min(map(course, trials[label.gid]), key=_price)
         if best.cost > 2 * layout.POOR * len(best.picks):
             far = layout.wider(label.label, WIDER, np.inf)
-            more = [places_of(label.gid, far, own.anchor) for own in trials[label.gid]]
+            more = [places_of(label.gid, far, trial.anchor) for trial in trials[label.gid]]
             look(more)
             best = min(best, *map(course, more), key=_price)
         box = np.full((1, len(poses), 4), np.inf)

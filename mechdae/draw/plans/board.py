@@ -142,8 +142,8 @@ def write(
         low, high = ink(text, chosen)
         width, height = high - low + 2 * AIR
         label = layout.along([(start, tip)], float(width), float(height), 1.0)
-        own = np.array([[*start, *tip, style.SOLID]])
-        label = layout.Label(label.width, label.height, label.places, label.costs, own, 1)
+        segment = np.array([[*start, *tip, style.SOLID]])
+        label = layout.Label(label.width, label.height, label.places, label.costs, segment, 1)
         rows.append((text, f"{arrow.gid}-name", label, NAME, COLORS[arrow.kind]))
     for arrow in [arrow for arrow in tipped if arrow.text]:
         start, tip = sheet.at(arrow.start), sheet.at(arrow.end)

@@ -201,14 +201,14 @@ class Relations:
 
     def of(self, body: str, group: tuple[str, ...]) -> Iterator[Relation]:
         """Yield the relations of one body: to where it meets its group, and along its sliders."""
-        own = [spot for spot in self.spots if spot.body == body]
-        if not own:
+        spots = [spot for spot in self.spots if spot.body == body]
+        if not spots:
             return
-        base = self._base(own, group)
-        under = [spot for spot in own if spot.reference in self.scene.mechanism.joints]
+        base = self._base(spots, group)
+        under = [spot for spot in spots if spot.reference in self.scene.mechanism.joints]
         ends = [spot for spot in under if GROUND not in self._joint(spot).bodies]
-        ends += [spot for spot in own if spot not in under and self._meets(spot, group)]
-        far = [spot for spot in own if spot is not base and self._apart(spot, base)]
+        ends += [spot for spot in spots if spot not in under and self._meets(spot, group)]
+        far = [spot for spot in spots if spot is not base and self._apart(spot, base)]
         done: list[Spot] = []
         turns = self.rates.turns(body)
         for spot in ([spot for spot in ends if spot in far] or far[:1]) if turns else ():
@@ -480,10 +480,10 @@ class _Builder(Relations):
 
     def _image(self, body: str) -> Iterator[tuple[Array, Array]]:
         """Yield the sides of the image of a link with three points or more."""
-        own: list[Spot] = []
+        spots: list[Spot] = []
         for spot in [spot for spot in self.spots if spot.body == body]:
-            if all(self._apart(spot, other) for other in own):
-                own.append(spot)
-        if len(own) > 2:
-            for one, other in zip(own, [*own[1:], own[0]], strict=True):
+            if all(self._apart(spot, other) for other in spots):
+                spots.append(spot)
+        if len(spots) > 2:
+            for one, other in zip(spots, [*spots[1:], spots[0]], strict=True):
                 yield one.value, other.value

@@ -24,7 +24,7 @@ USUAL_SIZE = 1.0
 
 def size_of(scene: SpatialScene, pose: int) -> float:
     """Return the largest extent of the points in one pose [m]; not zero."""
-    places = [own[pose] for own in scene.tracks.values() if np.isfinite(own[pose]).all()]
+    places = [track[pose] for track in scene.tracks.values() if np.isfinite(track[pose]).all()]
     spread = float(np.ptp(np.array(places), axis=0).max()) if places else 0.0
     return spread if spread > 0 else USUAL_SIZE
 

@@ -120,8 +120,8 @@ def with_room(
 ) -> tuple[Floats, Floats, float]:
     """Return the corners of a picture that shows the surfaces too."""
     low, high, size = bounds
-    for own in every:
-        flat = view.flat(own.ends.reshape(-1, 3))
+    for lines in every:
+        flat = view.flat(lines.ends.reshape(-1, 3))
         flat = flat[np.isfinite(flat).all(axis=1)]
         if len(flat):
             low, high = np.minimum(low, flat.min(axis=0)), np.maximum(high, flat.max(axis=0))
@@ -135,10 +135,13 @@ def drawn(
 
     def draw(sheet: Sheet) -> str:
         names = []
-        for k, own in enumerate(every):
+        for k, lines in enumerate(every):
             color = style.color_of(k)
-            ends = view.flat(own.ends)
-            gid, dash = f"axode-{own.kind}-{own.body}", MOVING if own.kind == "moving" else None
+            ends = view.flat(lines.ends)
+            gid, dash = (
+                f"axode-{lines.kind}-{lines.body}",
+                MOVING if lines.kind == "moving" else None,
+            )
             step = max(1, -(-len(ends) // MOST))
             for line in ends[::step]:
                 if np.isfinite(line).all():
@@ -148,11 +151,11 @@ def drawn(
                 for part in _whole(ends[:, side]):
                     sheet.line(sheet.at(part), color=color, width=style.THIN, z=style.Z_TRACE,
                                gid=f"{gid}-rim", dash=dash, weight=0.0)  # fmt: skip
-            if own.kind == "fixed" and np.isfinite(ends[pose]).all():
+            if lines.kind == "fixed" and np.isfinite(ends[pose]).all():
                 sheet.line(sheet.at(ends[pose]), color=style.INK, width=style.LINE,
-                           z=style.Z_GHOST, dash=AXIS, gid=f"screw-axis-{own.body}",
+                           z=style.Z_GHOST, dash=AXIS, gid=f"screw-axis-{lines.body}",
                            weight=style.SHADE)  # fmt: skip
-            names.append(f"{own.body} {words(own.kind + ' axode')}")
+            names.append(f"{lines.body} {words(lines.kind + ' axode')}")
         return ", ".join(names)
 
     return draw

@@ -62,7 +62,7 @@ def choose(
         return tried[0], chosen, moved
     if asked is None:  # the best pose of all, from its own best direction
         views = candidates(up)
-        basis = np.array([own.basis for own in views])
+        basis = np.array([candidate.basis for candidate in views])
         least = [float(clutter(frame, basis).min()) for frame in frames]
     else:
         basis = np.array([chosen.basis])
@@ -119,7 +119,13 @@ def wireframe(scene: SpatialScene, pose: int, moved: dict[str, float]) -> Wirefr
                 of_body.setdefault(body, set())
                 of_body[body].add(index(place))
     of_body.pop(GROUND, None)
-    bars = {(a, b) for own in of_body.values() for a in own for b in own if a < b and len(own) <= 4}
+    bars = {
+        (a, b)
+        for nodes in of_body.values()
+        for a in nodes
+        for b in nodes
+        if a < b and len(nodes) <= 4
+    }
     return Wireframe(
         np.array(places).reshape(-1, 3), tuple(sorted(bars)), np.array(axes).reshape(-1, 3)
     )

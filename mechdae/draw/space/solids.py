@@ -359,7 +359,7 @@ def _shared(a: Item, b: Item) -> Array:
     if not b.closed:
         return _along(b, a)
     first, second = a.points[:, :2], b.points[:, :2]
-    rings = [np.vstack([own, own[:1]]) for own in (a.points, b.points)]
+    rings = [np.vstack([corners, corners[:1]]) for corners in (a.points, b.points)]
     both = [first[within(first, second)], second[within(second, first)]]
     return np.vstack([*both, crossings(rings[0], rings[1])[:, :2]])
 

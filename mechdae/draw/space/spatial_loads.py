@@ -244,7 +244,7 @@ class SpatialLoads:
     def _seat(self, load: Torque | TableLoad, body: str, axis: Array) -> Anchor:
         """Return where a torque of a body is drawn: at a joint that turns about its axis."""
         turn = load.frame.removeprefix("world")
-        joints = [own for own in self.scene.joints(self.pose.pose) if body in own.bodies]
+        joints = [pair for pair in self.scene.joints(self.pose.pose) if body in pair.bodies]
         for joint in joints:
             own = self.scene.axis(joint, self.pose.pose) if joint.turns else None
             if own is not None and float(np.linalg.norm(np.cross(own, axis))) < ALONG:
@@ -332,8 +332,8 @@ class SpatialLoads:
         if body.center is None or name not in self.scene.turns or not self.scene.points(name):
             return
         local = np.array([self.scene.numbers[f"{name}.center.{axis}"] for axis in "xyz"])
-        own = [self.scene.local(f"{name}.{point}") for point in body.points]
-        if any(float(np.linalg.norm(place - local)) <= 1e-12 for place in own):
+        places = [self.scene.local(f"{name}.{point}") for point in body.points]
+        if any(float(np.linalg.norm(place - local)) <= 1e-12 for place in places):
             return
         turn, pose = self.scene.turns[name][self.pose.pose], self.pose.pose
         place = self.scene.origin(name)[pose] + turn @ local

@@ -291,7 +291,7 @@ class SpatialPose:
 
     def letters(self, links: Links) -> list[Writing]:
         """Return the letters of joint places, of moved symbols and of free points."""
-        every = [own for own in places_of(self.scene, self.pose) if own.references]
+        every = [mark for mark in places_of(self.scene, self.pose) if mark.references]
         places = [self._staying(place) for place in every]
         names = letters_of(self.scene, self.pose, places)
         joints = self.scene.mechanism.joints

@@ -68,7 +68,7 @@ class SpatialScene:
         """The bodies of which a point is known in some pose, and the ground."""
         return {
             GROUND,
-            *(ref.split(".")[0] for ref, own in self.tracks.items() if np.isfinite(own).any()),
+            *(ref.split(".")[0] for ref, track in self.tracks.items() if np.isfinite(track).any()),
         }
 
     def local(self, reference: str) -> Array:
@@ -156,8 +156,8 @@ class SpatialScene:
     def axis(self, joint: Joint, pose: int, second: bool = False) -> Array | None:
         """Return the axis (3,) of a joint's side in the fixed frame, of either side if need be."""
         sides = (second,) if getattr(joint, "crossed", False) else (second, not second)
-        for own in sides:
-            frame = self.frame(joint, pose, own)
+        for side in sides:
+            frame = self.frame(joint, pose, side)
             if frame is not None:
                 last: Array = frame[2]
                 return last
@@ -184,7 +184,7 @@ class SpatialScene:
             for joint in self.mechanism.joints.values()
             if joint.straight and {joint.first, joint.second} <= self.tracks.keys()
         ]
-        known = {own.name: [self.along(own, k) for k in self.assembled()] for own in joints}
+        known = {pair.name: [self.along(pair, k) for k in self.assembled()] for pair in joints}
         return {name: [way for way in ways if np.isfinite(way)] for name, ways in known.items()}
 
     def _vector(self, name: str) -> Array:
@@ -226,9 +226,9 @@ def read_spatial(result: Any) -> SpatialScene:
         if "orientation" in series:
             turns[body] = matrices(np.asarray(series.orientation, dtype=float))
     tracks: dict[str, Array] = {
-        ref: np.asarray(own.position, dtype=float)
-        for ref, own in result.points.items()
-        if "position" in own
+        ref: np.asarray(point.position, dtype=float)
+        for ref, point in result.points.items()
+        if "position" in point
     }
     given, turn = _coordinates(result), driven_turn(result)
     scene = SpatialScene(mechanism, values, turns, tracks, status, given, turn=turn)

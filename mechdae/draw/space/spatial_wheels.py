@@ -291,11 +291,11 @@ def sides(scene: SpatialScene, pose: int) -> dict[str, float]:
     for mesh in scene.joints(pose):
         if not mesh.wheels:
             continue
-        for own, part in zip(
+        for bearing, part in zip(
             bearings(scene.mechanism, mesh), surfaces(scene, mesh, pose, {}), strict=False
         ):
             if isinstance(part, PitchSurface):
-                found[own.joint] = float((part.middle - part.shaft) @ part.axis)
+                found[bearing.joint] = float((part.middle - part.shaft) @ part.axis)
     return found
 
 

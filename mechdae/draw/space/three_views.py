@@ -64,16 +64,16 @@ def draw_three(
     columns = [max(float((b[1] - b[0])[0]) for b in bounds[k::2]) for k in (0, 1)]
     rows = [max(float((b[1] - b[0])[1]) for b in bounds[k : k + 2]) for k in (0, 2)]
     places = _places(columns, rows)
-    smallest = max(_smallest(place, own) for place, own in zip(places, bounds, strict=True))
+    smallest = max(_smallest(place, bound) for place, bound in zip(places, bounds, strict=True))
     wanted = shown.scale(smallest) if callable(shown.scale) else shown.scale or smallest
     first: Axes | None = None
     sheets = []
-    for place, view, own in zip(places, views, bounds, strict=True):
+    for place, view, bound in zip(places, views, bounds, strict=True):
         axes = figure.add_axes(place)
         first = first or axes
         wide, high = (_points(place) / np.array(style.AREA) / SYMBOLS).tolist()
         bare = replace(
-            shown, viewpoint=view, bounds=own, scale=wanted, bare=True, larger=(wide, high)
+            shown, viewpoint=view, bounds=bound, scale=wanted, bare=True, larger=(wide, high)
         )
         sheets.append(draw_spatial_pose(axes, scene, result, index, bare, theme, words))
         name = words(view.name) if view.name else words("seen from", *(
@@ -90,10 +90,12 @@ def _places(columns: list[float], rows: list[float]) -> list[Rectangle]:
     """Return the axes' places as shares of the figure, front first, row by row."""
     border = 0.1
     top = 1.0 - style.TOP / 72 / SIZE[1]
-    wide = [max(own, 0.25 * sum(columns)) + border * sum(columns) for own in columns]
-    high = [max(own, 0.25 * sum(rows)) + border * sum(rows) for own in rows]
-    widths = [own / sum(wide) * (1.0 - 3 * GAP) for own in wide] if sum(wide) else [0.47, 0.47]
-    heights = [own / sum(high) * (top - 3 * GAP) for own in high] if sum(high) else [0.44, 0.44]
+    wide = [max(column, 0.25 * sum(columns)) + border * sum(columns) for column in columns]
+    high = [max(row, 0.25 * sum(rows)) + border * sum(rows) for row in rows]
+    widths = [width / sum(wide) * (1.0 - 3 * GAP) for width in wide] if sum(wide) else [0.47, 0.47]
+    heights = (
+        [height / sum(high) * (top - 3 * GAP) for height in high] if sum(high) else [0.44, 0.44]
+    )
     left = [GAP, 2 * GAP + widths[0]]
     low = [2 * GAP + heights[1], GAP]
     return [

@@ -126,8 +126,8 @@ class JointReactions:
         return ca.vertcat(SX(0, 1), *parts)
 
     def _stacked(self, model: Model, columns: Sequence[Wrench], sign: float) -> Sym:
-        told = [ca.sparsify(sign * self._told(model, column)) for column in columns]
-        return ca.horzcat(SX(6 * len(self.names), 0), *told)
+        sides = [ca.sparsify(sign * self._told(model, column)) for column in columns]
+        return ca.horzcat(SX(6 * len(self.names), 0), *sides)
 
     def place(self, name: str) -> slice:
         """Return where the six numbers of a joint stand."""

@@ -122,16 +122,16 @@ class Skeleton(Model):
         self._make_parameters()
         self._anchors, self.contacts = {}, {}
         points = points_of(mechanism)
-        own = {n: of_owner(n, NAMES[:3] if n in points else NAMES) for n in mechanism.bodies}
+        unknowns = {n: of_owner(n, NAMES[:3] if n in points else NAMES) for n in mechanism.bodies}
         self._frames = {}
-        for name, coordinates in own.items():
+        for name, coordinates in unknowns.items():
             x, y, z, *angles = (coordinate.symbol for coordinate in coordinates)
             turn = SX.eye(3)
             for angle, about in zip(angles, (about_z, about_x, about_z), strict=False):
                 turn = turn @ about(angle)
             self._frames[name] = TreeFrame(ca.vertcat(x, y, z), turn, SX.eye(3))  # type: ignore[assignment]
         self._frames[GROUND] = TreeFrame(SX(3, 1), SX.eye(3), SX.eye(3))  # type: ignore[assignment]
-        self.coordinates: Coordinates = Coordinates(c for part in own.values() for c in part)
+        self.coordinates: Coordinates = Coordinates(c for part in unknowns.values() for c in part)
         self.q_names: list[tuple[str, str]] = self.coordinates.keys
         self.q: Sym = ca.vertcat(*[c.symbol for c in self.coordinates])
         self._values = mechanism.values()

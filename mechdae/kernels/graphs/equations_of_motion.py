@@ -273,9 +273,9 @@ class Kernel:
         given -= r.held_back @ held if self.slips else 0
         every = recovered(r, given, lam)
         if r.model.space.behind:
-            told = r.passed.at(applied, every, held, sizes, acts)
+            passed = r.passed.at(applied, every, held, sizes, acts)
             forms = [
-                r.moved(SX(feedback.forms)) @ told[r.passed.place(feedback.joint)]
+                r.moved(SX(feedback.forms)) @ passed[r.passed.place(feedback.joint)]
                 for feedback in r.rubbing.feedbacks
             ]
         else:

@@ -202,8 +202,8 @@ class Balance:
                     entry = self.column[i].get((feedback.joint, c))
                     wrench[c] = wrench[c] if entry is None else wrench[c] - entry * value
             return feedback.forms @ ca.vertcat(*wrench)
-        own = ca.vertcat(*[lam.get(i, SX(0)) for i in self.rows_of[feedback.joint]])
-        return feedback.forms @ own
+        forces = ca.vertcat(*[lam.get(i, SX(0)) for i in self.rows_of[feedback.joint]])
+        return feedback.forms @ forces
 
     # -- all groups ----------------------------------------------------------------------------
 

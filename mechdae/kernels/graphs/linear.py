@@ -30,8 +30,8 @@ def solution(balance: list[Sym], lam: list[Sym]) -> Sym:
         found = left_inverse(A.T).T @ -c
         values = {str(symbol): found[k] for k, symbol in enumerate(left)}
     else:
-        for unknowns, own in split(rest, left):
-            A, c = _linear(own, unknowns)
+        for unknowns, rows in split(rest, left):
+            A, c = _linear(rows, unknowns)
             known = [s for s in left if str(s) in values]
             if known:
                 c = ca.substitute(

@@ -225,8 +225,8 @@ class GroupSearch:
                 x, u, self.p
             ).ravel()
 
-        own = next(one for one in self.scene.groups if one.index == group)
-        return replace(gap, reach=reach(model.mechanism, own, place))
+        chosen = next(one for one in self.scene.groups if one.index == group)
+        return replace(gap, reach=reach(model.mechanism, chosen, place))
 
     def _placed(
         self, group: Group, poses: list[dict[tuple[str, str], float]], x: Unknowns, u: Floats

@@ -76,9 +76,9 @@ def moving(
     """
     r = np.array([scale if unit == "m" else 1.0 for unit in graph.block.units])
     found = np.zeros(len(poses), bool)
-    for k, own in enumerate(poses):
+    for k, one in enumerate(poses):
         pose = x.copy()
-        pose[graph.own] = own
+        pose[graph.own] = one
         _, J, _ = graph.value_at(pose, u, p)
         sigma = np.linalg.svd(J / r[:, None] * sizes, compute_uv=False)
         if sigma[-1] < SINGULAR * sigma[0]:

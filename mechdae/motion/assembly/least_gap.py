@@ -105,9 +105,9 @@ def _called(mechanism: Mechanism, points: list[str]) -> str:
     own = mechanism.bodies[body].points
     first, second = (name for name in own if f"{body}.{name}" in points)
     numbers = [*own[first], *own[second]]
-    told = [number for number in numbers if number != 0]
-    if len(told) == 1 and told[0] in mechanism.parameters:
-        return str(told[0])
+    nonzero = [number for number in numbers if number != 0]
+    if len(nonzero) == 1 and nonzero[0] in mechanism.parameters:
+        return str(nonzero[0])
     return f"{first} to {second} of {body}"
 
 

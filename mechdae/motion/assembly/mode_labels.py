@@ -197,9 +197,9 @@ class ModeLabels:
             pose[unknowns] = np.where(angle, 2 * np.pi * turned, x[unknowns])
         unknowns = [i for b in self.assembler.blocks_of(group) for i in self.graphs[b].own]
         ranks = [chooser.rank(group, x, u) for chooser in self.assembler.choosers]
-        told = [rank for rank in ranks if rank is not None]
-        if told:
-            first = told[0]
+        known = [rank for rank in ranks if rank is not None]
+        if known:
+            first = known[0]
         elif self.scene.model.space is not PLANE:
             first = 0.0  # bodies have no angle
         else:

@@ -234,7 +234,7 @@ class OtherForms:
 
     def _distinct(self, x: Unknowns, g: Any, alpha: int) -> tuple[Floats, bool]:
         """Polish roots by the secant method and drop those that are not real roots."""
-        kept: list[Floats] = []
+        distinct: list[Floats] = []
         sure = True
         for row in x:
             a = row[alpha]
@@ -255,8 +255,8 @@ class OtherForms:
             new = row.copy()
             new[alpha] = a
             period = self.period(alpha)
-            if any(abs(math.remainder(a - other[alpha], period)) < 1e-8 for other in kept):
+            if any(abs(math.remainder(a - other[alpha], period)) < 1e-8 for other in distinct):
                 sure = False
                 continue
-            kept.append(new)
-        return np.array(kept).reshape(-1, self.n), sure
+            distinct.append(new)
+        return np.array(distinct).reshape(-1, self.n), sure

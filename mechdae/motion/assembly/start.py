@@ -148,12 +148,12 @@ def doubts(
     for chooser in assembler.choosers:
         notes += chooser.notes()
     entries = [entry.coordinate for entry in assembler.sketched.entries]
-    told = {c.part for c in (*entries, *plan.coordinates) if not c.is_angle}
+    parts = {c.part for c in (*entries, *plan.coordinates) if not c.is_angle}
     mechanism = assembler.scene.model.mechanism
     pushed, names = cylinders(mechanism), {text: name for name, text in mechanism.aliases.items()}
     for group in assembler.scene.groups if pushed else ():
         for name, slide in assembler.slides(group, x, u).items():
-            if name in pushed and slide < 0 and name not in told:
+            if name in pushed and slide < 0 and name not in parts:
                 text = names.get(f"{name}.slide", f"{name}.slide")
                 notes.append(f"{text} is negative at first: {slide:.6g} m, a length backwards")
     if ended:

@@ -189,12 +189,12 @@ class LimitFinder:
     def _fold(self, b: int, y: Floats, x: Unknowns, sense: float) -> Limit | None:
         """Return the fold of a block at y as seen from the pose `x`, None where it is none."""
         g = self.graphs
-        chain, own = self.chain(b)
+        chain, unknowns = self.chain(b)
         count, w = len(chain), self.weights[b]
         found = float(y[count])
         _, slope, J, F_y, bend = self.evaluate(b, y)
         left = _left_null(J * w)
-        push = left @ _push(slope, F_y, count, own, len(J))
+        push = left @ _push(slope, F_y, count, unknowns, len(J))
         curve, size = float(push @ (left @ bend.ravel())), float(push @ push)
         if size == 0 or curve == 0 or -curve * sense >= 0:
             return None

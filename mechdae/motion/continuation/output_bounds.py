@@ -172,9 +172,9 @@ def _largest(rows: list[Row]) -> list[Row]:
         return rows
     tables = [dict(zip(*row, strict=True)) for row in rows]
     kept: list[int] = []
-    for i, own in enumerate(tables):
+    for i, bounds in enumerate(tables):
         others = [tables[k] for k in range(len(rows)) if k in kept or k > i]
-        if not any(all(v <= table.get(j, -1.0) for j, v in own.items()) for table in others):
+        if not any(all(v <= table.get(j, -1.0) for j, v in bounds.items()) for table in others):
             kept.append(i)
     return [rows[i] for i in kept]
 

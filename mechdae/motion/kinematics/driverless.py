@@ -89,8 +89,8 @@ def assembled(
     MechdaeError
         As of a sweep with these drivers.
     """
-    told: Table[Number] = Table({c.text: value for c, value in sketch.items()})
-    problem = replace(problem, mechanism=replace(problem.mechanism, sketch=told))
+    sketched: Table[Number] = Table({c.text: value for c, value in sketch.items()})
+    problem = replace(problem, mechanism=replace(problem.mechanism, sketch=sketched))
     drivers = tuple(Driver(c.text, at=(sketch[c],)) for c in driven)
     setting = prepare(problem, Sweep(drivers=drivers))
     u, x = start.sketched_pose(setting.assembler, setting.plan, labelled=False)

@@ -213,11 +213,11 @@ def _lost(setting: Setting, run: Run, status: Integers, failed: list[Json]) -> s
             text += f"{c.text} = {', '.join(ends)}"
         else:
             text += "; ".join(_place(setting, event) for event in limits)
-    told = set()
+    reported = set()
     for event in stops:
-        if "together_with" in event and (str(event["at"]) in told):
+        if "together_with" in event and (str(event["at"]) in reported):
             continue  # of groups that meet at one pose the first one names the others
-        told.add(str(event["at"]))
+        reported.add(str(event["at"]))
         why = STOPS[event["kind"]].format(joint=event["joint"])
         if begins_singular(setting, run.path, event):
             text += f"; the motion begins at {_place(setting, event)}, {SINGULAR_START}"

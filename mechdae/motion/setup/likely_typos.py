@@ -33,11 +33,11 @@ TURNS = 5
 def doubts(problem: Problem) -> list[str]:
     """Return what looks like a slip of the pen in a problem: of its file, drivers, lengths."""
     notes = list(problem.notes)
-    told = " ".join(notes)
+    text = " ".join(notes)
     for name, task in problem.tasks.items():
         if isinstance(task, Driven):
             slips = driver_slips(task, problem.mechanism)
-            untold = [note for note in slips if note.split(" is in")[0].split(": ")[1] not in told]
+            untold = [note for note in slips if note.split(" is in")[0].split(": ")[1] not in text]
             notes += [f"tasks.{name}.{note}" for note in untold]
     return notes + odd_lengths(problem.mechanism)
 
@@ -80,11 +80,11 @@ def _longest(lengths: list[tuple[float, Callable[[], str]]]) -> str:
     sizes = sorted(lengths, key=lambda item: item[0], reverse=True)
     if len(sizes) < LEAST:
         return ""
-    (largest, told), others = sizes[0], sum(size for size, _ in sizes[1:])
+    (largest, name), others = sizes[0], sum(size for size, _ in sizes[1:])
     if largest <= TIMES * others:
         return ""
     return (
-        f"{told()}, {largest / others:.0f} times all other lengths together: is that in metres? "
+        f"{name()}, {largest / others:.0f} times all other lengths together: is that in metres? "
         "(points_mm, length_mm, NAME_mm are in millimetres)"
     )
 

@@ -434,8 +434,8 @@ def _whole(
     chart: StudyChart, charted: ChartedSolutions, found: CertifiedSolutions, regular: Booleans
 ) -> bool:
     """Return whether 40 different solutions are certified, each real one of them by `found` too."""
-    told = charted.other | (regular & (found.real | found.other) & same(chart, charted, found))
-    return bool(charted.simple.all() and told.all() and all_apart(charted))
+    decided = charted.other | (regular & (found.real | found.other) & same(chart, charted, found))
+    return bool(charted.simple.all() and decided.all() and all_apart(charted))
 
 
 def _pure(v: Complexes | Floats) -> Complexes:

@@ -56,9 +56,9 @@ def _ranked(
     columns: list[tuple[str, list[str]]] = [
         ("design", [str(rank) for rank in range(1, len(designs) + 1)])
     ]
-    for k, asked in enumerate(objectives):
-        scale = units.of(asked["unit"])
-        title = _titled(asked["name"], scale.name)
+    for k, objective in enumerate(objectives):
+        scale = units.of(objective["unit"])
+        title = _titled(objective["name"], scale.name)
         columns.append(
             (title, [f"{design['objectives'][k] * scale.factor:.6g}" for design in designs])
         )

@@ -200,11 +200,11 @@ class ForcesBatch(SeriesBatch):
                 (solutions[first],) = self.statics.branches.at(one)
                 left[i] |= len(solutions[first].sizes) > 0
             words = np.where(jammed[i], Status.JAMMED, np.where(ambiguous[i], Status.AMBIGUOUS, ""))
-            told = about_friction(
+            note = about_friction(
                 n, np.flatnonzero(jammed[i]), np.flatnonzero(ambiguous[i]), solutions,
                 lambda pose: f"{c.text} = {shown(c.unit, float(values[pose]))}",
             )  # fmt: skip
             self.wrong[int(run.lanes[rows[i]])] = (
-                str(next(word for word in words if word)), "; ".join(told)
+                str(next(word for word in words if word)), "; ".join(note)
             )  # fmt: skip
         return left

@@ -133,8 +133,8 @@ class Ways:
         self.readings, self.is_angle = list(readings), is_angle
         self.low, self.high = float(values.min()), float(values.max())
         self.sense: float = 1.0 if values[-1] >= values[0] else -1.0
-        asked = [(ORDERS.get(reading.kind, 2), reading.columns) for reading in self.readings]
-        self.poses: LanePoses = poses(Asked(tuple(asked)))
+        orders = [(ORDERS.get(reading.kind, 2), reading.columns) for reading in self.readings]
+        self.poses: LanePoses = poses(Asked(tuple(orders)))
 
     @property
     def strokes(self) -> bool:

@@ -257,7 +257,7 @@ class _OneWay:
     def _look(self, rows: Any) -> None:
         """End blocks of lanes whose steps shrank that do not assemble ahead."""
         self.look[rows] = AGAIN * self.step[rows]
-        places, asked = self._ahead(rows)
+        places, steps = self._ahead(rows)
         depth = self._depths(rows, places)
         alive = self.alive[:, rows, None]
         beyond = np.isnan(places)
@@ -268,7 +268,7 @@ class _OneWay:
         for k in np.flatnonzero(found):
             row, n = rows[k], int(first[k])
             clear = (depth[:, k, n] < -MARGIN) & self.alive[:, row]
-            before = np.flatnonzero(asked[k, :n])
+            before = np.flatnonzero(steps[k, :n])
             last = int(before[-1]) if before.size else -1
             if last >= 0 and np.any((np.abs(depth[:, k, last]) < CLOSE) & self.alive[:, row]):
                 self.trace.left[self.lanes[row]] = True  # it may be a limit position
@@ -276,7 +276,7 @@ class _OneWay:
                 hanging = self.march.hanging[clear].any(axis=0)
                 self.ending[:, row] = (open_[:, k, n] | hanging) & self.alive[:, row]
                 self.goal[row] = places[k, last] if last >= 0 else self.s[row]
-            elif asked[k, n]:
+            elif steps[k, n]:
                 self.trace.left[self.lanes[row]] = True
 
     def _ahead(self, rows: Integers) -> tuple[Any, Any]:

@@ -264,20 +264,20 @@ class Function(Goal):
             yield Drawn(d[k], unknowns, given, u, poses, sigma, float(whole[i]))
 
     def _first(self, d: Floats, generator: Generator) -> Floats:
-        asked = self.asked.input_start
-        if isinstance(asked, str):
-            return self.of_free(asked, d)
-        if asked is None:
+        start = self.asked.input_start
+        if isinstance(start, str):
+            return self.of_free(start, d)
+        if start is None:
             return generator.uniform(0, TURN, len(d))
-        return np.full(len(d), float(asked))
+        return np.full(len(d), float(start))
 
     def _ends(self, d: Floats, error: Floats) -> Any:
-        asked = self.asked.output_start
-        if asked is None:
+        start = self.asked.output_start
+        if start is None:
             return error.mean(axis=1)
-        if isinstance(asked, str):
-            return self.of_free(asked, d)
-        return np.full(len(error), float(asked))
+        if isinstance(start, str):
+            return self.of_free(start, d)
+        return np.full(len(error), float(start))
 
     def first(self, d: Floats) -> float | None:
         given = self.asked.input_start

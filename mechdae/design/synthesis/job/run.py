@@ -170,8 +170,8 @@ def synthesize(problem: Problem, name: str, call: JobCall) -> Result:
 
 
 def _draws(problem: Problem, task: Synthesis) -> tuple[int, int]:
-    asked = demand(problem, task)
-    return asked.starts, asked.seed
+    required = demand(problem, task)
+    return required.starts, required.seed
 
 
 class Job:

@@ -64,7 +64,7 @@ def drawn_pose(sketched: Sketched, b: int, x: Any, u: Any) -> tuple[Any, bool] |
             sigma = min(1.0, float(values[-1]))
             if np.abs(step).max() < CLOSE:
                 break
-    told, last = pose[unknowns].copy(), np.inf
+    start, last = pose[unknowns].copy(), np.inf
     for _ in range(ITERATIONS):
         found = block.step(pose)
         if found is None:
@@ -78,7 +78,7 @@ def drawn_pose(sketched: Sketched, b: int, x: Any, u: Any) -> tuple[Any, bool] |
             break
         pose[unknowns] -= step * size
         last = moved
-    far = float(np.abs((pose[unknowns] - told) / size).max(initial=0.0)) + ROUNDING
+    far = float(np.abs((pose[unknowns] - start) / size).max(initial=0.0)) + ROUNDING
     beta = float(np.linalg.svd(J, compute_uv=False)[-1])
     return pose[unknowns], FARTHER * far < sigma * APART * beta
 

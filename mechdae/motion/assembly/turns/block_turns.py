@@ -197,8 +197,8 @@ class BlockTurns:
         """Return poses of block `b`, and those whole turns away that move bodies solved later."""
         turns = [k * 2 * np.pi * vector for vector in self.lattices[b].moving
                  for k in range(-FURTHER, FURTHER + 1) if k]  # fmt: skip
-        own = self.graphs[b].own
-        return [*poses, *(put(x, own, x[own] + turn) for x in poses for turn in turns)]
+        unknowns = self.graphs[b].own
+        return [*poses, *(put(x, unknowns, x[unknowns] + turn) for x in poses for turn in turns)]
 
     def _nearest(self, b: int, solution: Floats, x: Unknowns, u: Floats) -> Any:
         """Return the solution with whole turns that make no difference, nearest to the sketch."""
@@ -212,9 +212,9 @@ class BlockTurns:
             elif period := solver.period(j):
                 result[j] -= period * np.round((result[j] - self.wanted(i, pose, u)) / period)
                 wanted[j] = result[j]
-        told = [self.scene.unknowns[i].owner in self.sketch for i in graph.own]
+        sketched = [self.scene.unknowns[i].owner in self.sketch for i in graph.own]
         gaps = (result - wanted) / (2 * np.pi)
-        left = self.lattices[b].remainder(gaps[None], np.where(told, 1.0, SILENT))[0]
+        left = self.lattices[b].remainder(gaps[None], np.where(sketched, 1.0, SILENT))[0]
         return result - 2 * np.pi * np.round(gaps - left)
 
     def distinct(self, b: int, poses: list[Unknowns], u: Floats) -> list[Floats]:

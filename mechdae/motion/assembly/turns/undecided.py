@@ -96,8 +96,8 @@ class Undecided:
     def _pushed_out(self, part: list[int], near: list[Floats], u: Floats) -> list[Floats]:
         """Return the modes in which each cylinder has a positive slide, all if there is none."""
         mechanism = self.scene.model.mechanism
-        told = {e.coordinate.part for e in self.sketched.entries if not e.coordinate.is_angle}
-        untold = {name for k in part for name in self.groups[k].joints} - told
+        parts = {e.coordinate.part for e in self.sketched.entries if not e.coordinate.is_angle}
+        untold = {name for k in part for name in self.groups[k].joints} - parts
         entries = [self._of(f"{name}.slide") for name in cylinders(mechanism) if name in untold]
         slides = [[entry.gap(x, u, self.assembler.p) for entry in entries if entry] for x in near]
         out = [x for x, lengths in zip(near, slides, strict=True) if min(lengths, default=0.0) > 0]
@@ -223,7 +223,7 @@ class Undecided:
     def _telling(self, group: Group, poses: list[Unknowns], u: Floats) -> list[NumberOfSketch]:
         """Return angles that differ between poses, else slides, else the point that moves most."""
         mechanism = self.scene.model.mechanism
-        told = {entry.coordinate.text for entry in self.sketched.entries}
+        sketched = {entry.coordinate.text for entry in self.sketched.entries}
         in_plane = mechanism.dimension == 2
         angles = [f"{body}.angle" for body in group.bodies if in_plane]
         slides = [
@@ -239,7 +239,7 @@ class Undecided:
             for axis in mechanism.axes
         ]
         for every in (angles, slides, points):
-            entries = [self._of(name) for name in every if name not in told]
+            entries = [self._of(name) for name in every if name not in sketched]
             apart = {}
             for entry in entries:
                 if entry is not None:

@@ -227,19 +227,19 @@ class ContactSolver(BlockSolver):
     def _distinct_contacts(self, x: Unknowns) -> Floats:
         """Return each solution once, closed curves within their range."""
         low, high = self.contact.range
-        kept: list[Floats] = []
+        distinct: list[Floats] = []
         for row in x:
             if self._periods[self._at]:
                 row[self._at] = low + np.remainder(row[self._at] - low, high - low)
             gaps = [
                 np.abs(np.where(periodic, np.remainder(d + turn / 2, turn) - turn / 2, d)).max()
-                for d in ((row - other) / self._sizes for other in kept)
+                for d in ((row - other) / self._sizes for other in distinct)
                 for turn in [2 * np.pi]
                 for periodic in [self._periods > 0]
             ]
             if not gaps or min(gaps) > SAME:
-                kept.append(row)
-        return np.array(kept).reshape(-1, self.n)
+                distinct.append(row)
+        return np.array(distinct).reshape(-1, self.n)
 
 
 def contact_solver(

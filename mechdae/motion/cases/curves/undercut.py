@@ -140,7 +140,7 @@ def depths(contact: Contact, scene: Scene, s: Floats) -> Floats:
     radius, curve, center, _ = _parallel(contact, scene, grid)
     depth = _depth(radius, curve, center)
     inside = low + np.remainder(s - low, high - low) if contact.closed else s
-    _, _, own, ahead = _parallel(contact, scene, inside)
+    _, _, here, ahead = _parallel(contact, scene, inside)
     known = np.flatnonzero(np.isfinite(inside))
     result = np.zeros(len(s))
     result[known] = np.interp(inside[known], grid, depth)
@@ -149,7 +149,7 @@ def depths(contact: Contact, scene: Scene, s: Floats) -> Floats:
     edge = (depth[:-1] > 0) != (depth[1:] > 0)
     beside = np.concatenate([[edge[-1] and contact.closed], edge, [edge[0] and contact.closed]])
     begins = known[(beside[:-2] | edge | beside[2:])[cell]]
-    result[begins] = _finely(contact, scene, own[begins], curve, grid)
+    result[begins] = _finely(contact, scene, here[begins], curve, grid)
     # at the contact itself a cut may be too shallow for the places compared
     turned = known[ahead[known] <= 0]
     result[turned] = np.maximum(result[turned], np.finfo(float).tiny)

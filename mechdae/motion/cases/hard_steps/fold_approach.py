@@ -183,13 +183,13 @@ class FoldApproach:
     def _curve(self, limit: Limit) -> _Curve:
         """Return the curve of a fold's block and those before it."""
         g, b = self.graphs, limit.block
-        chain, own = self.finder.chain(b)
+        chain, unknowns = self.finder.chain(b)
         columns = np.append(self.finder.sizes[chain], self.finder.unit)
         scale = self.finder.scale
         kinds = [unit for k in g.ancestors(b) for unit in g.blocks[k].block.units]
         rows = np.array([scale if unit == "m" else 1.0 for unit in kinds])
         normal = np.zeros(len(columns))
-        normal[own] = limit.v[list(limit.own)] / columns[own] ** 2
+        normal[unknowns] = limit.v[list(limit.own)] / columns[unknowns] ** 2
         normal /= np.linalg.norm(normal * columns)
         fold = np.append(limit.x[chain], limit.s)
         return _Curve(b, chain, fold, normal, columns, rows)

@@ -340,7 +340,7 @@ def _report(
 ) -> SweepResult:
     model = equations.model
     mechanism = problem.mechanism
-    points = [f"{body}.{point}" for body, own in mechanism.bodies.items() for point in own.points]
+    points = [f"{body}.{point}" for body, link in mechanism.bodies.items() for point in link.points]
     grounds = [f"{GROUND}.{point}" for point in mechanism.ground.points]
     angles = ca.vertcat(*[model.frame(body).angle for body in mechanism.bodies])
     places = ca.horzcat(*[model.point(reference) for reference in (*points, *grounds)])

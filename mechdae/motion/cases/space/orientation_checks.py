@@ -81,12 +81,12 @@ class OrientationChecks(Chooser):
     def _tell(self) -> dict[int, list[Sym]]:
         """Return what must be positive by the block that is the last to tell of it."""
         at = {i: b for b, block in enumerate(self.scene.blocks) for i in block.x}
-        told: dict[int, list[Sym]] = {}
+        rows: dict[int, list[Sym]] = {}
         for value in (value for values in self._of.values() for value in values):
             held = self.scene.held(self.scene.expression(value))[0]
             if held:
-                told.setdefault(max(at[i] for i in held), []).append(value)
-        return told
+                rows.setdefault(max(at[i] for i in held), []).append(value)
+        return rows
 
     def _positive(
         self,

@@ -69,8 +69,8 @@ class Closing:
     def residuals(self, x: Unknowns, u: Floats, p: Floats) -> Floats:
         """Return the values of all equations, checks first, at poses (n, nx), (n, nu)."""
         values = self.graphs.cache("closing", self._equations)(x, u, p)[0]
-        own = values[:, : len(self.checks)]
-        turns = np.where(self._still, 2 * np.pi * np.round(own / (2 * np.pi)), 0.0)
+        checks = values[:, : len(self.checks)]
+        turns = np.where(self._still, 2 * np.pi * np.round(checks / (2 * np.pi)), 0.0)
         values[:, : len(self.checks)] -= turns
         return values
 

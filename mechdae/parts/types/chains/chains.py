@@ -139,20 +139,20 @@ def _laid(
     place = {pair: k for k, pair in enumerate(pairs)}
     images = [tuple(place[tuple(sorted((g[u], g[v])))] for u, v in pairs) for g in group]  # type: ignore[index]
     longest = binaries if rigid else freedoms + 1
-    for laid in _layings([matrix[u][v] for u, v in pairs], binaries, longest):
-        if not rigid and _has_rigid_part(count, pairs, laid):
+    for laying in _layings([matrix[u][v] for u, v in pairs], binaries, longest):
+        if not rigid and _has_rigid_part(count, pairs, laying):
             continue
         same = []
         for g, image in zip(group, images, strict=True):
-            moved: list[tuple[int, ...]] = [()] * len(laid)
+            moved: list[tuple[int, ...]] = [()] * len(laying)
             for k, to in enumerate(image):
-                moved[to] = laid[k]
-            if tuple(moved) < laid:
+                moved[to] = laying[k]
+            if tuple(moved) < laying:
                 break
-            if tuple(moved) == laid:
+            if tuple(moved) == laying:
                 same.append(g)
         else:
-            yield Contracted(count, tuple(pairs), laid, tuple(same))
+            yield Contracted(count, tuple(pairs), laying, tuple(same))
 
 
 def _layings(edges: list[int], binaries: int, longest: int) -> Iterator[Laid]:
