@@ -307,7 +307,7 @@ SLIPS = [
     ),
     Slip(
         "design.synthesis.verify",
-        "told |= self._slides()",
+        "angles |= self._slides()",
         "pass",
         begun_cases.slotted,
         "dynamics/test_first_poses.py::test_modes_that_differ_by_a_slide_are_told_apart",
