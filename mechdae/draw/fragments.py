@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
-from itertools import groupby
+from itertools import groupby, pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -24,7 +24,7 @@ from mechdae.draw.diagram.amounts import load_values, sense
 from mechdae.draw.diagram.diagram import View, common_extent, draw_scene, extent
 from mechdae.draw.diagram.driver import SPAN
 from mechdae.draw.diagram.guides import travel
-from mechdae.draw.diagram.loads import Mark, peak_force
+from mechdae.draw.diagram.loads import Mark, coordinate_of, peak_force
 from mechdae.draw.diagram.scene import DrawnScene
 from mechdae.draw.diagram.wheels import rack_span, rack_travel
 from mechdae.draw.labels.labels import Links, Writing, writings
@@ -88,10 +88,12 @@ def _in_plane(
 ) -> Json:
     scene, result, pose = shown.scene, shown.result, shown.pose
     assert view.bounds is not None
-    loads = _loads(scene, result, pose, known, view.peak or 1.0)
     sheet, marks, labels = steady_labels(scene, result, some, view, words)
+    order = sorted(known, key=lambda k: shares[k])
+    loads = _loads(sheet, scene, result, pose, order, view.peak or 1.0)
     # sizes that change are not written
-    marks = [replace(mark, text=mark.name) if mark.name in loads else mark for mark in marks]
+    changing = {name for name, own in loads.items() if any(row != [0, 1, 1] for row in own["rows"])}
+    marks = [replace(mark, text=mark.name) if mark.name in changing else mark for mark in marks]
     labels.write(sheet, pose, marks, shares)
     writer = FragmentWriter(sheet, lambda anchor: FragmentFrame(sheet, scene, pose, anchor))
     reach = {
@@ -188,9 +190,18 @@ def _reach(scene: DrawnScene, joint: Joint, pose: int, size: float) -> list[floa
 
 
 def _loads(
-    scene: DrawnScene, result: SweepResult, pose: int, known: Sequence[int], peak: float
+    sheet: Sheet,
+    scene: DrawnScene,
+    result: SweepResult,
+    pose: int,
+    known: Sequence[int],
+    peak: float,
 ) -> Json:
-    """Return by load the angle [rad] and share by which its arrow differs from that drawn."""
+    """Return by load how its arrow differs from that drawn, ``known`` being along the way.
+
+    ``rows``: angle [rad], share, -1 where it is turned round. ``back``: the angle and the sign
+    across by which it is turned round. ``sense``: of the arrow drawn, along the coordinate.
+    """
     found: Json = {}
     picks = [known[k] for k in np.linspace(0, len(known) - 1, STATES).round().astype(int)]
     for load in scene.mechanism.loads.values():
@@ -205,11 +216,27 @@ def _loads(
             values[i] = complex(*row) if isinstance(load, Force) else sign * row[0]
         sizes = np.maximum(style.PULL[0], style.PULL[1] * np.abs(values) / peak)
         sizes *= values != 0
-        turns = np.angle(values) - np.angle(values[0])
-        rows = np.column_stack([turns, sizes / (sizes[0] or style.PULL[0])])[1:].round(3)
-        if (rows != (0.0, 1.0)).any():
-            found[load.name] = rows.tolist()
+        ways = np.where(values.real < 0, -1.0, 1.0)
+        turns, back = np.zeros(len(values)), [np.pi, 1.0]
+        if isinstance(load, Force):
+            turns, ways = np.angle(values) - np.angle(values[0]), np.abs(ways)
+        elif coordinate_of(scene, load).is_angle:
+            back = [_middle(sheet, scene, pose, f"load-{load.name}"), -1.0]
+        shares = sizes / (sizes[0] or style.PULL[0])
+        rows = np.column_stack([turns, shares, ways * ways[0]])[1:].round(3)
+        if isinstance(load, Resistance) or (rows != (0.0, 1.0, 1.0)).any():
+            found[load.name] = {"rows": rows.tolist(), "back": back, "sense": ways[0]}
     return found
+
+
+def _middle(sheet: Sheet, scene: DrawnScene, pose: int, gid: str) -> float:
+    """Return twice the angle [rad] of the middle of a curved arrow in the frame it is drawn in."""
+    for shaft, head in pairwise(sheet.drawn):
+        if shaft.gid == gid:
+            frame = FragmentFrame(sheet, scene, pose, shaft.anchor)
+            start, tip = frame.local(np.array([shaft.points[0], head.points[0]]))
+            return float(np.arctan2(*(start + tip)[::-1])) * 2.0
+    return 0.0
 
 
 # -- SVG -----------------------------------------------------------------------------------------

@@ -118,6 +118,7 @@ def numbers(loaded: LoadedRun, rows: list[int]) -> Json:
         for table, signal in zip(statics.tables, statics.loads.signals, strict=True)
     ]
     model, drivers = setting.scene.model, _drivers(setting.scene)
+    way = 1 if balance.loads.turned else -1
     second = {name: joint.second for name, joint in model.mechanism.joints.items()}
     return {
         "columns": unknown_columns(setting),
@@ -131,6 +132,9 @@ def numbers(loaded: LoadedRun, rows: list[int]) -> Json:
         "units": {name: effort_unit(model.mechanism, name) for name in drivers},
         "lossy": list(balance.lossy),
         "slips": [slip.unit for slip in balance.slips],
+        "resistances": [
+            [slip.owner, way, k] for k, slip in enumerate(balance.slips) if slip.falls is not None
+        ],
         "feedbacks": [feedback.joint for feedback in balance.feedbacks],
         "groups": groups,
         "tables": tables,

@@ -14,10 +14,10 @@ export class Diagram extends View {
     if (super.build()) this.joints = new Map(this.scene.joints.map((joint) => [joint.name, joint]));
   }
 
-  /** Draw a pose; `share` is how far it is along the way, for labels and loads. */
-  draw(places, angles, share = 0) {
+  /** Draw a pose; `share` is how far it is along the way, for labels and loads; `senses` are those of resistances that are known. */
+  draw(places, angles, share = 0, senses = {}) {
     this.build();
-    const pose = { places, angles, share };
+    const pose = { places, angles, share, senses };
     this.drawing.parts.forEach((part, k) => {
       const made = this.elements[k], shown = part.shapes ? this.rigid(part, made, pose) : this.moving(part, made.firstChild, pose);
       made.setAttribute("display", shown ? "inline" : "none");
@@ -29,11 +29,11 @@ export class Diagram extends View {
     if (!frame) return false;
     const spot = frame.place(part.spot ? spotAt(part.spot, pose.share) : ZERO, 0), [x, y] = part.spot ? this.inside(made, spot) : spot;
     let more = part.spot || !part.turn ? "" : ` rotate(${((-frame.angle * 180) / Math.PI).toFixed(3)})`;
-    const rows = part.spot ? null : this.drawing.loads[part.id.slice(5)];
-    if (rows && part.id.startsWith("load-")) {
-      const [turn, size] = rows[Math.round(pose.share * (rows.length - 1))];
+    const load = part.spot || !part.id.startsWith("load-") ? null : this.drawing.loads[part.id.slice(5)];
+    if (load) {
+      const [turn, size, across] = acting(load, pose.share, pose.senses[part.id.slice(5)]);
       if (!size) return false;
-      more += ` rotate(${((-turn * 180) / Math.PI).toFixed(2)}) scale(${size})`;
+      more += ` rotate(${((-turn * 180) / Math.PI).toFixed(2)}) scale(${size} ${size * across})`;
     }
     made.setAttribute("transform", `translate(${x.toFixed(2)} ${y.toFixed(2)})${more}`);
     return true;
@@ -160,4 +160,12 @@ export class Diagram extends View {
     const bodies = this.drawing.parts.filter(({ id, shapes, turn }) => !shapes && !turn && id.startsWith("body-"));
     return bodies.map((part) => this.corners(part, { places, angles: {} })).filter(Boolean).map((corners) => pathOf(corners, corners.length > 2));
   }
+}
+
+/** Angle, size and sign across of a load's arrow against that drawn: of the nearest state of its sense, where that is known. */
+function acting({ rows, back, sense }, share, known) {
+  const at = share * (rows.length - 1), wanted = known && known * sense;
+  const near = rows.map((row, k) => [Math.abs(k - at), row]).filter(([, [, size, way]]) => !wanted || (size && way === wanted)).sort(([a], [b]) => a - b);
+  const [turn, size, way] = near.length ? near[0][1] : [0, 1, wanted];
+  return way < 0 ? [turn + back[0], size, back[1]] : [turn, size, 1];
 }

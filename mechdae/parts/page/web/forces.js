@@ -107,7 +107,7 @@ export class Forces {
   at(pose) {
     const inputs = this.inputs(pose);
     if (!inputs) return null;
-    const { joints, efforts, lossy, feedbacks, coupled } = this.own;
+    const { joints, efforts, lossy, feedbacks, coupled, resistances } = this.own;
     const { list } = inputs;
     let sizes = [];
     let found = { count: 1, proven: true, critical: null };
@@ -118,7 +118,8 @@ export class Forces {
       if (coupled && !good) { found = this.every(list); ({ sizes } = found); }
     }
     const status = found.count === 0 || !sizes ? "jammed" : found.count > 1 ? "ambiguous" : "ok";
-    const none = { status, critical: found.critical, count: found.count, proven: found.proven, still: inputs.still, reactions: {}, efforts: {}, losses: {} };
+    const none = { status, critical: found.critical, count: found.count, proven: found.proven, still: inputs.still, reactions: {}, efforts: {}, losses: {},
+      senses: Object.fromEntries(resistances.map(([name, way, k]) => [name, way * list[5][k]])) };
     if (!sizes) return none;
     const [reactions, effort, losses] = this.kernels.report.run(...list, sizes);
     if (!reactions.every(Number.isFinite) || !effort.every(Number.isFinite)) return null;

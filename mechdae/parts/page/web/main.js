@@ -478,11 +478,11 @@ class App {
   }
 
   draw() {
-    const { session, data, driven, way } = this, now = performance.now();
+    const { session, data, way } = this, now = performance.now();
     this.reading = !this.playing || now - (this.read || 0) >= READ; // nobody reads faster
     if (this.reading) this.read = now;
     if (!session) {
-      this.diagram.draw(this.recorded.places(this.shown), this.recorded.turns(this.shown), this.shown / Math.max(this.recorded.count - 1, 1), driven);
+      this.diagram.draw(this.recorded.places(this.shown), this.recorded.turns(this.shown), this.shown / Math.max(this.recorded.count - 1, 1));
       const value = this.recorded.value(this.shown);
       this.slider.value = this.recorded.count > 1 ? this.shown / (this.recorded.count - 1) : 0;
       this.number.value = digits(value * displayed(data.driver.unit)[0], 7);
@@ -494,7 +494,8 @@ class App {
     this.look();
     const pose = session.pose;
     const places = session.places_of(pose), [low, high] = session.range, [begin, end] = this.diagram.drawing.range;
-    this.diagram.draw(places, session.angles_of(pose), Math.min(Math.max((session.s - begin) / (end - begin || 1), 0), 1), driven);
+    const forces = session.forcesAt(pose);
+    this.diagram.draw(places, session.angles_of(pose), Math.min(Math.max((session.s - begin) / (end - begin || 1), 0), 1), forces ? forces.senses : {});
     const velocities = {};
     if (this.switches.velocities.checked) {
       for (const { kind, part, columns } of data.entries) {
@@ -502,7 +503,6 @@ class App {
         if (found) velocities[part] = found;
       }
     }
-    const forces = session.forcesAt(pose);
     this.diagram.arrows("arrows", "velocity", places, velocities);
     this.diagram.arrows("forces", "force", places, this.switches.forces.checked && forces ? this.reactionsAt(forces) : {});
     if (this.overlays) this.overlays.frame(pose);

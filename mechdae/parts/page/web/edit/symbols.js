@@ -120,7 +120,7 @@ export function drawnBy(sketch, symbols) {
     const { name, kind, points, own } = load;
     if (kind === "force") {
       const [x, y] = [0, 1].map((k) => sketch.amount(load, "value", k)), body = own.frame && own.frame !== "world" ? own.frame : "";
-      loads[name] = [[Math.atan2(y, x), Math.hypot(x, y) > 0 ? 1 : 0]];
+      loads[name] = { rows: [[Math.atan2(y, x), Math.hypot(x, y) > 0 ? 1 : 0, 1]] };
       sign(`load-${name}`, points[0], symbols.force, body ? { turn: body } : {});
     } else if (kind === "torque") sign(`load-${name}`, `${own.body}.${[...mechanism.pointsOf(own.body).keys()][0]}`, symbols.torque);
     else if (kind === "spring" && points.length) for (const part of symbols.spring) parts.push({ id: `load-${name}`, at: points, span: true, turn: `${points[0]}>${points[1]}`, ...part });
