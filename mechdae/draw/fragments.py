@@ -201,6 +201,7 @@ def _loads(
 
     ``rows``: angle [rad], share, -1 where it is turned round. ``back``: the angle and the sign
     across by which it is turned round. ``sense``: of the arrow drawn, along the coordinate.
+    ``about``: the place in its frame that stays.
     """
     found: Json = {}
     picks = [known[k] for k in np.linspace(0, len(known) - 1, STATES).round().astype(int)]
@@ -217,26 +218,29 @@ def _loads(
         sizes = np.maximum(style.PULL[0], style.PULL[1] * np.abs(values) / peak)
         sizes *= values != 0
         ways = np.where(values.real < 0, -1.0, 1.0)
-        turns, back = np.zeros(len(values)), [np.pi, 1.0]
+        turns, back, about = np.zeros(len(values)), [np.pi, 1.0], np.zeros(2)
         if isinstance(load, Force):
             turns, ways = np.angle(values) - np.angle(values[0]), np.abs(ways)
-        elif coordinate_of(scene, load).is_angle:
-            back = [_middle(sheet, scene, pose, f"load-{load.name}"), -1.0]
+        else:
+            about = _middle(sheet, scene, pose, f"load-{load.name}")
+            if coordinate_of(scene, load).is_angle:
+                back, about = [2.0 * float(np.arctan2(about[1], about[0])), -1.0], np.zeros(2)
         shares = sizes / (sizes[0] or style.PULL[0])
         rows = np.column_stack([turns, shares, ways * ways[0]])[1:].round(3)
         if isinstance(load, Resistance) or (rows != (0.0, 1.0, 1.0)).any():
             found[load.name] = {"rows": rows.tolist(), "back": back, "sense": ways[0]}
+            found[load.name]["about"] = _corner(0.0, about)[1:]
     return found
 
 
-def _middle(sheet: Sheet, scene: DrawnScene, pose: int, gid: str) -> float:
-    """Return twice the angle [rad] of the middle of a curved arrow in the frame it is drawn in."""
+def _middle(sheet: Sheet, scene: DrawnScene, pose: int, gid: str) -> Array:
+    """Return the middle between the ends of an arrow in the frame it is drawn in, (2,)."""
     for shaft, head in pairwise(sheet.drawn):
         if shaft.gid == gid:
             frame = FragmentFrame(sheet, scene, pose, shaft.anchor)
-            start, tip = frame.local(np.array([shaft.points[0], head.points[0]]))
-            return float(np.arctan2(*(start + tip)[::-1])) * 2.0
-    return 0.0
+            ends = frame.local(np.array([shaft.points[0], head.points[0]]))
+            return np.asarray(ends.mean(axis=0))
+    return np.zeros(2)
 
 
 # -- SVG -----------------------------------------------------------------------------------------

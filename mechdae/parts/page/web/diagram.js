@@ -33,7 +33,8 @@ export class Diagram extends View {
     if (load) {
       const [turn, size, across] = acting(load, pose.share, pose.senses[part.id.slice(5)]);
       if (!size) return false;
-      more += ` rotate(${((-turn * 180) / Math.PI).toFixed(2)}) scale(${size} ${size * across})`;
+      const [u, v] = load.about || [0, 0];
+      more += ` translate(${u} ${v}) rotate(${((-turn * 180) / Math.PI).toFixed(2)}) scale(${size} ${size * across}) translate(${-u} ${-v})`;
     }
     made.setAttribute("transform", `translate(${x.toFixed(2)} ${y.toFixed(2)})${more}`);
     return true;
