@@ -94,6 +94,7 @@ def _in_plane(
     # sizes that change are not written
     changing = {name for name, own in loads.items() if any(row != [0, 1, 1] for row in own["rows"])}
     marks = [replace(mark, text=mark.name) if mark.name in changing else mark for mark in marks]
+    labels = _beside(labels, sheet, pose, loads)
     labels.write(sheet, pose, marks, shares)
     writer = FragmentWriter(sheet, lambda anchor: FragmentFrame(sheet, scene, pose, anchor))
     reach = {
@@ -201,7 +202,7 @@ def _loads(
 
     ``rows``: angle [rad], share, -1 where it is turned round. ``back``: the angle and the sign
     across by which it is turned round. ``sense``: of the arrow drawn, along the coordinate.
-    ``about``: the place in its frame that stays.
+    ``about``: the place in its frame that stays. ``along``: whether it is along a coordinate.
     """
     found: Json = {}
     picks = [known[k] for k in np.linspace(0, len(known) - 1, STATES).round().astype(int)]
@@ -229,8 +230,27 @@ def _loads(
         rows = np.column_stack([turns, shares, ways * ways[0]])[1:].round(3)
         if isinstance(load, Resistance) or (rows != (0.0, 1.0, 1.0)).any():
             found[load.name] = {"rows": rows.tolist(), "back": back, "sense": ways[0]}
-            found[load.name]["about"] = _corner(0.0, about)[1:]
+            found[load.name] |= {
+                "about": _corner(0.0, about)[1:],
+                "along": not isinstance(load, Force),
+            }
     return found
+
+
+def _beside(labels: SteadyLabels, sheet: Sheet, pose: int, loads: Json) -> SteadyLabels:
+    """Keep labels beside arrows that turn round where they stand, upright those of torques."""
+    rows = []
+    for label, anchor, ways in labels.labels:
+        load = loads.get(label.gid.partition("load-")[2])
+        if load and load["along"]:
+            ways = ways[[np.abs(ways[:, 0] - pose).argmin()]]
+            if load["back"][1] < 0:
+                spot = labels.frame_of(sheet, pose, anchor).placed(ways[:, 1:])
+                anchor = Anchor(anchor.points)
+                local = labels.frame_of(sheet, pose, anchor).local(spot)
+                ways = np.column_stack([ways[:, :1], local])
+        rows.append((label, anchor, ways))
+    return replace(labels, labels=tuple(rows))
 
 
 def _middle(sheet: Sheet, scene: DrawnScene, pose: int, gid: str) -> Array:

@@ -9,7 +9,7 @@ import pytest
 
 import mechdae as md
 from tests.shared.live import in_page, tables_of
-from tests.shared.node import needs_node
+from tests.shared.node import needs_node, run_script
 
 pytestmark = needs_node
 FORCES = """
@@ -110,6 +110,27 @@ console.log(JSON.stringify([s, places]));
     assert {label for label, _ in found} == set(truth)
     for label, place in found:
         assert place == pytest.approx(truth[label].tolist(), abs=1e-9)
+
+
+def test_extremes_are_not_made_by_a_jump(tmp_path):
+    """What jumps has its extremes among the poses; a smooth curve has them between."""
+    from mechdae.parts.page.link import WEB
+
+    jumping = [[230.0, 215.0, 205.0, 200.2, 1000.0, 1010.0, 1030.0], [3.0, 2.0, 0.9, 7.0, 7.5, 8.0]]
+    smooth = [9.0 - (k - 3.3) ** 2 for k in range(7)]
+    script = f"""
+globalThis.WORDS = {{}};
+const {{ extremes }} = await import("{(WEB / "chart.js").as_posix()}");
+const of = (values) => extremes(values.map((_, k) => k), values);
+const pairs = (values) => of(values).map(({{ place, value }}) => [place, value]);
+console.log(JSON.stringify({json.dumps([*jumping, smooth])}.map(pairs)));
+"""  # fmt: skip
+    *found, between = run_script(script, tmp_path)
+    for values, own in zip(jumping, found, strict=True):
+        for place, value in own:
+            assert value == values[int(place)]
+        assert {value for _, value in own} == {min(values), max(values)}
+    assert between[0] == pytest.approx([3.3, 9.0], abs=1e-12)
 
 
 def test_a_page_of_forces_gives_its_own_file_back():

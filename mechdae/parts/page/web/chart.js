@@ -8,6 +8,8 @@ const EDGE = { left: 54, right: 12, top: 17, bottom: 6 }, FOOT = 15;
 const CROWDED = 26;
 /** What is smaller than this share of the largest value is rounding. */
 const SILENCE = 1e-11;
+/** A curve jumps where a step is so many times those beside it. */
+const JUMP = 4;
 
 /** Round steps of 1, 2 or 5 times a power of ten. */
 export function ticks(low, high, count) {
@@ -27,7 +29,7 @@ function degrees(low, high, count) {
   return Array.from({ length: Math.floor(high / step + 1e-9) - Math.ceil(low / step - 1e-9) + 1 }, (_, k) => (Math.ceil(low / step - 1e-9) + k) * step);
 }
 
-/** The largest and the least value with their places, from parabolas through three neighbours. */
+/** The largest and the least value with their places, from parabolas through three neighbours, none across a jump: a step much larger than those beside it. */
 export function extremes(places, values) {
   const found = [];
   for (const sense of [1, -1]) {
@@ -35,7 +37,11 @@ export function extremes(places, values) {
     values.forEach((value, k) => { if (value !== null && (best < 0 || sense * value > sense * values[best])) best = k; });
     if (best < 0) return [];
     const [a, b, c] = [values[best - 1], values[best], values[best + 1]], bend = a - 2 * b + c;
-    const inside = Number.isFinite(bend) && a !== null && c !== null && a !== undefined && c !== undefined && sense * bend < 0;
+    const jumps = (way) => {
+      const [before, here, next, after] = [-way, 0, way, 2 * way].map((k) => values[best + k]), near = [here - before, Number.isFinite(after) ? after - next : 0];
+      return Math.abs(next - here) > JUMP * Math.max(...near.map(Math.abs));
+    };
+    const inside = Number.isFinite(bend) && !jumps(1) && !jumps(-1) && a !== null && c !== null && a !== undefined && c !== undefined && sense * bend < 0;
     const t = inside ? (a - c) / (2 * bend) : 0;
     found.push({ place: places[best] + t * ((places[best + 1] ?? places[best]) - places[best]), value: b - (inside ? (t * (a - c)) / 4 : 0), sense });
   }
