@@ -117,6 +117,7 @@ def test_extremes_are_not_made_by_a_jump(tmp_path):
     from mechdae.parts.page.link import WEB
 
     jumping = [[230.0, 215.0, 205.0, 200.2, 1000.0, 1010.0, 1030.0], [3.0, 2.0, 0.9, 7.0, 7.5, 8.0]]
+    jumping.append([6.8, 5.7, 4.5, 0.66, 0.9, 1.1])
     smooth = [9.0 - (k - 3.3) ** 2 for k in range(7)]
     script = f"""
 globalThis.WORDS = {{}};

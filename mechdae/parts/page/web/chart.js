@@ -9,7 +9,7 @@ const CROWDED = 26;
 /** What is smaller than this share of the largest value is rounding. */
 const SILENCE = 1e-11;
 /** A curve jumps where a step is so many times those beside it. */
-const JUMP = 4;
+const JUMP = 2;
 
 /** Round steps of 1, 2 or 5 times a power of ten. */
 export function ticks(low, high, count) {
