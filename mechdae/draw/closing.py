@@ -9,6 +9,7 @@ import numpy as np
 
 from mechdae.describe.joints.curve import follows_curve
 from mechdae.describe.joints.joint import Joint
+from mechdae.describe.joints.limits import in_gaps
 from mechdae.describe.mechanism import GROUND
 from mechdae.draw import style
 from mechdae.draw.diagram import symbols
@@ -34,7 +35,8 @@ def check_closes(
 ) -> None:
     """Refuse a pose whose joints would gape: its numbers are not those of the mechanism.
 
-    Joints that are drawn open by request are left out, and bodies without a place.
+    Joints that are drawn open by request are left out, those that move in their gaps, and bodies
+    without a place.
 
     Raises
     ------
@@ -43,7 +45,10 @@ def check_closes(
     """
     most = PIXEL * 72 / style.DPI / (sheet.metre * sheet.k)
     off = _planar(scene, result, pose) if isinstance(scene, DrawnScene) else _spatial(scene, pose)
-    name, gap = max(off, key=lambda own: own[1], default=("", 0.0))
+    free = loose(result)
+    name, gap = max(
+        (each for each in off if each[0] not in free), key=lambda each: each[1], default=("", 0.0)
+    )
     if gap > most:
         raise InputError(
             f"pose {pose} does not close with the dimensions of its mechanism: "
@@ -51,6 +56,13 @@ def check_closes(
             where=f"{result.problem}: {result.task}",
             hint="poses and mechanism of a picture have to be of one design",
         )
+
+
+def loose(result: Result) -> list[str]:
+    """Return the joints that move in their gaps."""
+    if getattr(result.definition, "clearance", None) is None:
+        return []
+    return in_gaps(result.mechanism.joints, result.mechanism.values())
 
 
 def _planar(scene: DrawnScene, result: Result, pose: int) -> Iterator[tuple[str, float]]:

@@ -114,6 +114,13 @@ def report(
         summary["assumptions"] = assumed
     summary |= dict.fromkeys(("mode", "mode_coordinates"), _mode(task, run))
     faults = [run.fault] if run.fault else []
+    for passed in setup.model.cases("passed stops"):
+        over, sentences = passed(setup.model, q, rebound=True)
+        status[over & shown.there] = Status.STOPPED
+        hint = "without a restitution nothing rebounds"
+        faults += [
+            f"{text}, first at t = {states.t[np.argmax(over)]:.6g} s: {hint}" for text in sentences
+        ]
     for case in setup.model.cases("forces of joints"):
         faults += case.slack_belts(
             setup.model,

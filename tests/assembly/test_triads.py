@@ -410,8 +410,8 @@ def stephenson(frame: str, seed: int) -> tuple[md.Mechanism, dict[str, complex],
         ("T2", "b4.angle", "III 4 links", "aA bB QH"),
         ("b3", "b4.angle", "IV 4 links", "Aa Bb Hh"),
         ("b4", "b3.angle", "IV 4 links", "Aa Bb Hh"),
-        ("T1", "JQ.angle", "driven 5 links", "Aa Bb Hh"),
-        ("b1", "JQ.angle", "driven 5 links", "Aa Bb Hh"),
+        ("T1", "JQ.angle", "I(1,2,3,4,5)", "Aa Bb Hh"),
+        ("b1", "JQ.angle", "I(1,2,3,4,5)", "Aa Bb Hh"),
     ],
 )
 def test_stephenson_with_any_link_fixed(frame, driver, kind, legs, seed: int) -> None:

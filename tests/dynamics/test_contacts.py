@@ -387,7 +387,7 @@ def test_a_block_with_clearance_moves_as_published() -> None:
 
 @pytest.mark.slow(reason="some hundred impacts of a driven mechanism")
 def test_two_pins_of_a_slider_crank_fly_in_their_bushes() -> None:
-    """A driven crank, one pin that rubs: the audit closes, and nothing is called undecided."""
+    """A driven crank, one pin that rubs: the audit closes; only impacts are called undecided."""
     data = slider_crank(until=4e-3)
     data["joints"]["guide"] = {"kind": "prismatic", "between": ["ground.O", "slider.B"]}
     data["joints"]["A"] |= {"clearance": 5e-4, "restitution": 0.8, "friction": 0.05,
@@ -397,7 +397,8 @@ def test_two_pins_of_a_slider_crank_fly_in_their_bushes() -> None:
     data["tasks"]["m"]["drivers"] = [{"coordinate": "crank.angle", "law": "150*t"}]
     result = md.solve(from_dict(data), "m")
     assert {event["joint"] for event in result.events} == {"A", "B"}
-    assert not any("not unique" in note for note in result.summary.get("notes", []))
+    unsure = [event for event in result.events if event.get("unique") is False]
+    assert {event["kind"] for event in unsure} <= {"impact"}  # of one pin while the other touches
     for name in ("A", "B"):
         assert (result.joints[name].gap >= -1e-12).all()
         assert result.work[f"impacts.{name}"][-1] < 0
@@ -407,9 +408,74 @@ def test_two_pins_of_a_slider_crank_fly_in_their_bushes() -> None:
 def test_a_joint_without_a_restitution_keeps_its_equations() -> None:
     data = disc(0.5, 0.2, 0.1)
     del data["joints"]["A"]["restitution"]
-    with pytest.raises(InputError, match="no joint has a gap") as caught:
+    with pytest.raises(InputError, match="joint A has a gap but no restitution") as caught:
         from_dict(data)
     assert "clearance" in str(caught.value)
+
+
+def said(result: md.Result) -> str:
+    return " ".join(result.summary.get("notes", []))
+
+
+def test_what_a_gap_does_without_is_said() -> None:
+    """Friction of guides that are open, forces of teeth, joints that stay ideal."""
+    data = wheel_and_rack(start_speed={"wheel": 10.0})
+    text = said(md.solve(from_dict(data), "m"))
+    assert "bear no forces of its teeth" in text
+    assert "takes nothing from an impact" not in text
+    data["joints"]["guide"] |= {"friction": 0.1, "clearance": 1e-3}
+    text = said(md.solve(from_dict(data), "m"))
+    assert "joint guide has a gap and no restitution: it stays without a gap" in text
+    assert "joint guide takes nothing from an impact" in text
+    data["joints"]["guide"] |= {"restitution": 0.5}
+    assert "joint guide moves in its gap without friction" in said(md.solve(from_dict(data), "m"))
+
+
+@pytest.mark.parametrize("gap", [0.0, 1e-13])
+def test_a_block_that_touches_makes_an_impact_not_unique(gap: float) -> None:
+    """A block at its wall is hit: it may be thrown back by the wall and hit the other once more."""
+    limits = ([0.0, 1.0], [0.0, 1.0])
+    starts = {"start": {"wall": gap, "slot": 0.1}, "start_speed": {"wall": 0.0, "slot": -1.0}}
+    data = carriage((2, 1), limits, (0.8, 0.3), until=0.15, **starts)
+    result = md.solve(from_dict(data), "m")
+    impact = next(event for event in result.events if event["kind"] == "impact")
+    assert impact["unique"] is False
+    assert "touch at once" in said(result)
+
+
+def test_an_impact_that_adds_energy_says_so() -> None:
+    """Coulomb's law with that of Newton, by the example of a disc that is off its centre."""
+    data = spinning_disc(40.0, 1.47, "newton", until=3e-3)
+    data["bodies"]["disc"]["center"] = [-0.36, 0.04]
+    data["joints"]["A"]["restitution"] = 0.92
+    for law in ("newton", "poisson"):
+        data["tasks"]["m"]["impact"] = law
+        result = md.solve(from_dict(data), "m")
+        works = [event["work"] for event in result.events if event["kind"] == "impact"]
+        assert (max(works) > 1e-9) == ("adds" in said(result))
+
+
+def test_limits_without_a_restitution_are_passed_with_a_word() -> None:
+    data = ball(0.5, 1.0)
+    del data["joints"]["floor"]["restitution"]
+    result = md.solve(from_dict(data), "m")
+    beyond = result.joints["floor"].slide < -1e-9
+    assert beyond.any()
+    assert (result.status[beyond] == "stopped").all()
+    assert (result.status[~beyond] == "ok").all()
+    assert "joint floor is beyond its least slide" in str(result.fault)
+
+
+@pytest.mark.parametrize(("limits", "status"), [([0.0, 1.0], "stopped"), ([-3.0, 1.0], "ok")])
+def test_rest_beyond_a_stop_is_no_rest(limits: list[float], status: str) -> None:
+    data = pendulum(limits, 0.5, 0.1, 1.0)
+    data["sketch"] = {"rod": 0.1}
+    data["tasks"]["rest"] = {"kind": "equilibrium"}
+    result = md.solve(from_dict(data), "rest")
+    assert result.bodies["rod"].angle[0] == pytest.approx(-math.pi / 2, abs=1e-9)
+    assert result.status.tolist() == [status]
+    assert result.summary["status"] == {status: 1}
+    assert ("beyond its least angle" in str(result.fault)) == (status == "stopped")
 
 
 def test_other_joints_do_not_notice_gaps() -> None:

@@ -146,3 +146,21 @@ def test_bands_are_those_of_play() -> None:
     design = md.Synthesis(driver={"coordinate": "crank.angle"}, goal=goal, free={"l": (0.15, 0.4)})
     with pytest.raises(md.InputError, match=r"task 'turn' has no bands"):
         md.solve(problem(turn=md.Sweep(TURN, poses=9), design=design), "design")
+
+
+def test_the_price_of_a_limit_at_several_poses_is_that_of_all() -> None:
+    """The least rod of a crank r with |sin| of its angle up to s: l = r / s, twice a turn."""
+    most, path = 0.3, "turn/outputs/square/value"
+    plain = problem().mechanism
+    joints = {**plain.joints, "guide": md.Prismatic("guide", "ground.O", "slider.C")}
+    whole = replace(plain, joints=joints, outputs={"square": "sin(rod.angle)**2"})
+    task = md.Synthesis(
+        driver={"coordinate": "crank.angle"}, goal=Minimise(of="turn/points/rod.C/position"),
+        free={"l": (0.15, 0.6)}, constraints=(LimitConstraint(of=path, max=most**2),), starts=1,
+    )  # fmt: skip
+    turn = md.Sweep(md.Driver("crank.angle", from_=0.0, to=2 * np.pi), poses=37)
+    result = md.solve(md.Problem(whole, {"turn": turn, "design": task}), "design")
+    best = result.data["designs"][0]
+    assert best["parameters"]["l"] == pytest.approx(R / most, rel=1e-6)
+    (price,) = [value for name, value in best["active"].items() if "square" in name]
+    assert price == pytest.approx(R / (2 * most**3), rel=1e-3)

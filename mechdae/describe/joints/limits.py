@@ -12,8 +12,12 @@ def limited(joints: Mapping[str, Joint]) -> list[Joint]:
     return [joint for joint in joints.values() if getattr(joint, "limits", None) is not None]
 
 
+def with_gaps(joints: Mapping[str, Joint], values: Mapping[str, float]) -> list[str]:
+    """Return the joints that have a gap."""
+    keys = ("clearance", "backlash", "backlash_angle")
+    return [name for name in joints if any(values.get(f"{name}.{key}", 0.0) for key in keys)]
+
+
 def in_gaps(joints: Mapping[str, Joint], values: Mapping[str, float]) -> list[str]:
     """Return the joints that may move in a gap: it is given, with a restitution."""
-    keys = ("clearance", "backlash", "backlash_angle")
-    given = [name for name in joints if f"{name}.restitution" in values]
-    return [name for name in given if any(values.get(f"{name}.{key}", 0.0) for key in keys)]
+    return [name for name in with_gaps(joints, values) if f"{name}.restitution" in values]

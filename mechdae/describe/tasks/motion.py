@@ -170,11 +170,14 @@ class Equilibrium(Task):
 
 def _check_gaps(mechanism: Mechanism) -> None:
     """Raise where no joint has a gap to move in."""
-    from mechdae.describe.joints.limits import in_gaps
+    from mechdae.describe.joints.limits import in_gaps, with_gaps
 
-    if not in_gaps(mechanism.joints, mechanism.values()):
+    values = mechanism.values()
+    ideal = with_gaps(mechanism.joints, values)
+    if not in_gaps(mechanism.joints, values):
+        text = f"joint {ideal[0]} has a gap but no restitution" if ideal else "no joint has a gap"
         raise InputError(
-            "no joint has a gap to move in", where="clearance",
+            f"{text}: nothing moves in a gap", where="clearance",
             hint="clearance or backlash, and a restitution, of a joint",
         )  # fmt: skip
 

@@ -488,7 +488,7 @@ def active(search: Search, nlp: Nlp, found: Optimum) -> dict[str, float]:
             prices[name] = float(abs(price) * unit)
     for word in dict.fromkeys(nlp.words):
         rows = [i for i, name in enumerate(nlp.words) if name == word]
-        most = float(np.abs(found.prices[rows]).max(initial=0.0))
-        if word not in SILENT and most > ACTIVE:
-            prices[word] = most * unit / nlp.unit(word)
+        every = np.abs(found.prices[rows])  # of a limit that holds at several poses all give way
+        if word not in SILENT and every.max(initial=0.0) > ACTIVE:
+            prices[word] = float(every.sum()) * unit / nlp.unit(word)
     return prices

@@ -252,7 +252,8 @@ def key_of(
     for kind in dict.fromkeys(kind for kind, _ in events):
         word, look = MARKS[kind]
         places = list(dict.fromkeys(axis.text(x) for event, x in events if event == kind))
-        where = ", ".join(places) if len(places) <= SHOWN else f"{len(places)} times"
+        count = sum(event == kind for event, _ in events)
+        where = ", ".join(places) if len(places) <= SHOWN else f"{count} times"
         upright = {"upright": True, "linewidth": style.LINE, "linestyle": look}
         line = MARK | {"marker": look} if isinstance(look, str) else upright
         entries.append(Entry(f"{word} {where}", line=line | {"color": style.INK}))

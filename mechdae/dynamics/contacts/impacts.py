@@ -74,14 +74,15 @@ LAWS: dict[str, Callable[[Matrix, Floats, Floats], Floats]] = {
 def orders(G: Matrix, before: Floats, e: Floats) -> list[Floats]:
     """Return the speeds behind impacts that happen one after the other, for each order.
 
-    Only contacts that close are put in orders, of many none.
+    Only contacts that close are put in orders; of many both directions.
     """
     room = APART * float(np.abs(before).max(initial=0.0))
     closing = np.flatnonzero(before < -room).tolist()
-    if not 2 <= len(closing) <= MOST:
+    if len(before) < 2 or not closing:
         return []
     found, others = [], [i for i in range(len(before)) if i not in closing]
-    for order in itertools.permutations(closing):
+    many = len(closing) > MOST
+    for order in (closing, closing[::-1]) if many else itertools.permutations(closing):
         speeds = before.copy()
         for _ in range(TURNS):
             turns = (*order, *others)

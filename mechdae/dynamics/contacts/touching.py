@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 import casadi as ca
 import numpy as np
 
+from mechdae.describe.joints.limits import with_gaps
 from mechdae.dynamics.contacts.gaps import BUSH
 from mechdae.dynamics.contacts.impacts import LAWS, RubbingImpacts, unique
 from mechdae.dynamics.equations import DRIVERS, IMPACTS, MotionProblem
@@ -175,7 +176,29 @@ class Touching:
                     where="start",
                     hint=f"start within it, or change joints.{contact.owner}",
                 )
+        self._say_what_is_left_out()
         return self._behind(sticking, (0.0, x, v, np.zeros(lay.works)), signs, None)
+
+    def _say_what_is_left_out(self) -> None:
+        """Note what joints with gaps do without: friction, forces of teeth, gaps of others."""
+        model, values = self.setup.model, self.setup.model.mechanism.values()
+        rubbing = {f.contact for f in self.setup.released.rubbing.feedbacks}
+        rub = {c.owner for i, c in enumerate(self.contacts) if i in rubbing}
+        words = ("friction", "mesh_loss")
+        dry = {n for n in model.mechanism.joints if any(values.get(f"{n}.{w}", 0.0) for w in words)}
+        wheels = [n for n in model.in_gaps if model.mechanism.joints[n].meshes]
+        given = with_gaps(model.mechanism.joints, values) if self.setup.task.clearance else []
+        ideal = [name for name in given if name not in model.in_gaps]
+        said = {
+            "moves in its gap without friction: contacts there do not rub": (dry & model.in_gaps)
+            - rub,
+            "acts by the moments of its wheels: their bearings bear no forces of its teeth": wheels,
+            "has a gap and no restitution: it stays without a gap": ideal,
+            "takes nothing from an impact: only a contact that rubs does": dry - model.in_gaps,
+        }
+        for text, names in said.items():
+            for name in sorted(names):
+                self._notes[name, text] = f"joint {name} {text}"
 
     def _check_redundant(self, x: Unknowns, v: Floats) -> None:
         """Raise where impulses are not unique: equations depend on each other."""
@@ -330,6 +353,7 @@ class Touching:
 
     def _note(self, t: float, hit: _Hit, before: Floats, low: Mapping[int, float]) -> None:
         """Keep the events of an instant; rebounds that are left out would last for times `low`."""
+        first = len(self.found)
         for j, i in enumerate(hit.touching.tolist()):
             one, speed = self.contacts[i], float(-hit.before[j])
             who = {"joint": one.owner, "end": one.end}
@@ -353,11 +377,17 @@ class Touching:
                     )
             elif before[i] and not self.setup.closed[i]:
                 self.found.append(motion_event("release", t, **who))
-        if not hit.unique:
+        if float(np.sum(hit.works)) > CLOSE * float(np.abs(hit.works).sum()):
+            self._notes.setdefault(
+                ("", "energy"),
+                f"the impact at t = {t:.9g} s adds {float(np.sum(hit.works)):.3g} J: with friction "
+                'the law of Newton may do so, impact = "poisson" does not',
+            )
+        if not hit.unique and any(event["kind"] == "impact" for event in self.found[first:]):
             names = ", ".join(dict.fromkeys(self.contacts[i].owner for i in hit.touching))
             self._notes.setdefault(
                 (names, "order"),
-                f"at t = {t:.9g} s several contacts of {names} close at once, and impacts one "
+                f"at t = {t:.9g} s several contacts of {names} touch at once, and impacts one "
                 "after the other would lead elsewhere: the outcome is not unique; it is that of "
                 f"the law of {self.law.capitalize()} for all at once",
             )

@@ -18,7 +18,7 @@ from mechdae.dynamics.start import start
 from mechdae.dynamics.unique import unique
 from mechdae.errors import InputError, SolveError
 from mechdae.records import dataclass
-from mechdae.results import EquilibriumResult, Named, Series, Summary, statuses
+from mechdae.results import EquilibriumResult, Named, Series, Status, Summary, statuses
 from mechdae.types import Floats, Json, Matrix, Unknowns
 
 MOST = 20
@@ -29,7 +29,6 @@ def equilibrium(problem: Problem, name: str, task: Equilibrium) -> EquilibriumRe
     found = at_rest(problem, task)
     summary: Json = {
         "poses": 1,
-        "status": {"ok": 1},
         "freedoms": found.basis.shape[1],
         "coordinates": found.balance.n,
         "constraints": found.balance.m,
@@ -224,12 +223,19 @@ def _report(
         summary["notes"] = notes
     if assumed := about_motion(problem.mechanism):
         summary["assumptions"] = assumed
+    status, faults = statuses(1), list[str]()
+    for passed in model.cases("passed stops"):
+        over, sentences = passed(model, q, rebound=False)
+        status[over] = Status.STOPPED
+        faults += [f"{text}: rest at a stop is not looked for" for text in sentences]
+    summary["status"] = {status.tolist()[0]: 1}
     return EquilibriumResult.of(
         problem,
         name,
         task,
         outputs=Named("output", series),
-        status=statuses(1),
+        status=status,
+        fault="; ".join(faults) or None,
         summary=Summary(summary),
         data=data,
         unique=Summary(sole.joints),

@@ -9,4 +9,5 @@ ADDS: Adds = {
     "arcs": {"limits": Added(f"{HERE}.stops:cut")},
     "runs": {"limits": Added(f"{HERE}.stops:mark")},
     "stops": {"limits": Added(f"{HERE}.stops:beyond")},
+    "passed stops": {"limits": Added(f"{HERE}.stops:passed")},
 }

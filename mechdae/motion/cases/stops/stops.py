@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Collection
+
 import casadi as ca
 import numpy as np
 
 from mechdae.describe.coordinates import NamedCoordinate, coordinate
 from mechdae.describe.joints.joint import LIMITS
 from mechdae.describe.joints.limits import limited
+from mechdae.equations.model import Model
 from mechdae.equations.reduction import Scene
 from mechdae.kernels.run.functions import Batch
 from mechdae.motion.assembly.not_assembled import shown
@@ -18,7 +21,7 @@ from mechdae.motion.continuation.path import Path
 from mechdae.motion.kinematics.assembled_arc import comes_back
 from mechdae.motion.kinematics.finds import SAMPLES, SoughtOutput, at_place, named_poses, samples
 from mechdae.motion.kinematics.prepared import Run, Setting
-from mechdae.types import Booleans, Floats, Integers, Json, Matrix, Unknowns
+from mechdae.types import Booleans, Floats, Integers, Json, Matrix, Sym, Unknowns
 
 ROOM = 1e-9
 """By how much a joint may be beyond a limit by rounding [rad, sizes of the mechanism]."""
@@ -36,19 +39,17 @@ class Stops:
     An angle is within its limits if it is but for whole turns, unless the limits are a turn apart.
     """
 
-    def __init__(self, scene: Scene) -> None:
-        model = scene.model
-        named = [name for group in scene.groups for name in group.joints]
-        joints = [joint for joint in limited(model.mechanism.joints) if joint.name in named]
+    def __init__(
+        self, model: Model, among: Collection[str], inputs: list[Sym], express: Callable[[Sym], Sym]
+    ) -> None:
+        joints = [joint for joint in limited(model.mechanism.joints) if joint.name in among]
         self.coordinates: list[NamedCoordinate] = [
             coordinate(model.mechanism, f"{joint.name}.{joint.ranged}") for joint in joints
         ]
         self.angles: Booleans = np.array([c.is_angle for c in self.coordinates])
-        rows = [scene.expression(model.coordinate(c)) for c in self.coordinates]
+        rows = [express(model.coordinate(c)) for c in self.coordinates]
         rows += [model.numbers[f"{joint.name}.{end}"] for end in LIMITS for joint in joints]
-        function = ca.Function(
-            "stops", [scene.x, scene.u, model.p], [ca.densify(ca.vertcat(*rows))]
-        )
+        function = ca.Function("stops", [*inputs, model.p], [ca.densify(ca.vertcat(*rows))])
         self._values = Batch(function, shared=[2])
 
     def off(self, x: Unknowns, u: Floats, p: Floats) -> tuple[Matrix, Matrix, Matrix]:
@@ -74,8 +75,32 @@ class Stops:
 
 
 def _stops(scene: Scene) -> Stops:
-    found: Stops = scene.cache("stops", lambda: Stops(scene))
+    def make() -> Stops:
+        among = [name for group in scene.groups for name in group.joints]
+        return Stops(scene.model, among, [scene.x, scene.u], scene.expression)
+
+    found: Stops = scene.cache("stops", make)
     return found
+
+
+def passed(model: Model, q: Unknowns, rebound: bool) -> tuple[Booleans, list[str]]:
+    """Return which released poses (n, nq) are beyond limits, and what is said of it.
+
+    With `rebound` joints with a restitution are left out: they hit their stops.
+    """
+    joints = limited(model.mechanism.joints)
+    among = [
+        j.name for j in joints if not (rebound and getattr(j, "restitution", None) is not None)
+    ]
+    if not among:
+        return np.zeros(len(q), bool), []
+    stops = Stops(model, among, [model.q, ca.SX(0, 1)], lambda expression: expression)
+    none, p = np.zeros((len(q), 0)), model.p_values
+    over = stops.over(model.mechanism.scale, q, none, p)
+    _, half, middle = stops.off(q, none, p)
+    firsts = {k: int(np.flatnonzero(over[:, k])[0]) for k in np.flatnonzero(over.any(axis=0))}
+    found = [stops.sentence(k, over[n, k], middle[n, k], half[n, k]) for k, n in firsts.items()]
+    return np.asarray(over.any(axis=1)), found
 
 
 def beyond(scene: Scene, x: Unknowns, u: Floats, p: Floats) -> dict[int, str]:
