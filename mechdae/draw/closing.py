@@ -60,7 +60,7 @@ def check_closes(
 
 def loose(result: Result) -> list[str]:
     """Return the joints that move in their gaps."""
-    if getattr(result.definition, "clearance", None) is None:
+    if getattr(getattr(result, "definition", None), "clearance", None) is None:
         return []
     return in_gaps(result.mechanism.joints, result.mechanism.values())
 

@@ -12,11 +12,11 @@ BUDGETS = {
     "numerics": 4_600,
     "equations": 7_680,  # what is left out of a scene: rollers, second machines, plane and space
     "results": 3_650,
-    "draw": 20_080,  # graphs of motions; texts are measured without matplotlib
+    "draw": 20_090,  # graphs of motions; texts are measured without matplotlib
     "kernels": 7_500,
-    "motion": 23_340,  # poses of several drivers at the speed of one
+    "motion": 23_370,  # poses of several drivers at the speed of one
     "forces": 4_730,
-    "dynamics": 8_960,
+    "dynamics": 8_970,
     "design": 15_850,
     "tasks": 2_400,
     "cli": 1_720,
@@ -25,7 +25,7 @@ BUDGETS = {
 """Room -> most lines of its modules; some of them import what annotations name."""
 ALONE = 1106
 """Lines of the modules that stand alone: errors, docstrings, records, types, additions."""
-TOTAL = 144_900
+TOTAL = 145_000
 LONGEST = 500
 LONGER = {
     "describe/joints/spatial.py": 520,

@@ -137,7 +137,7 @@ def _clear_side(
     if sheet.memory is not None:
         if key in sheet.memory:
             return sheet.memory[key]
-        known = scene.assembled()
+        known = scene.assembled() or [pose]
         poses = known[:: max(len(known) // 12, 1)]
     axis = axis_of(scene, joint, pose)
     middle = np.mean([_middle(scene, k) for k in poses], axis=0)
