@@ -98,7 +98,9 @@ def passed(model: Model, q: Unknowns, rebound: bool) -> tuple[Booleans, list[str
     none, p = np.zeros((len(q), 0)), model.p_values
     over = stops.over(model.mechanism.scale, q, none, p)
     _, half, middle = stops.off(q, none, p)
-    firsts = {k: int(np.flatnonzero(over[:, k])[0]) for k in np.flatnonzero(over.any(axis=0))}
+    firsts = {
+        k: int(np.flatnonzero(over[:, k])[0]) for k in np.flatnonzero(over.any(axis=0)).tolist()
+    }
     found = [stops.sentence(k, over[n, k], middle[n, k], half[n, k]) for k, n in firsts.items()]
     return np.asarray(over.any(axis=1)), found
 
