@@ -270,7 +270,7 @@ INNER, SEVERAL = ("additionalProperties", "items"), ("oneOf", "anyOf", "allOf")
 NOTES = ("description", "examples")
 LONG = 300
 """Length of a text to which notes are added where they stand."""
-SHORT = 60
+SHORT = 45
 """Length of a text that is no longer than a reference to it."""
 NUMBERS = "\0"
 """Mark of a part's number in a text."""
