@@ -70,8 +70,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     )
     parser.add_argument("--version", action=_Version, nargs=0, help="version and back end")
     commands = parser.add_subparsers(dest="command", metavar="command", required=True)
-    asked = next((word for word in words if not word.startswith("-")), None)
-    known = COMMANDS.whole() if asked is None or asked not in COMMANDS else [asked]
+    named = next((word for word in words if not word.startswith("-")), None)
+    known = COMMANDS.whole() if named is None or named not in COMMANDS else [named]
     for name in known:  # one says nothing of the others
         entry = COMMANDS[name]
         command = commands.add_parser(
@@ -79,7 +79,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         )
         command.add_argument("--quiet", action="store_true", help="no messages, only results")
         command.add_argument("--debug", action="store_true", help="tracebacks of errors")
-        if name == asked:
+        if name == named:
             chosen = entry.load()
             chosen.arguments(command)
     try:

@@ -43,8 +43,8 @@ def drawn_sketch(
             found |= {f"{name}.{word}": 0.0 for word in angles}
     for name, body in bodies.items():
         ending = [joint for joint in joints.values() if name in joint.bodies]
-        told = any(joint.coordinates for joint in ending)
-        if told and not any(joint.ball or joint.bar for joint in ending):
+        measured = any(joint.coordinates for joint in ending)
+        if measured and not any(joint.ball or joint.bar for joint in ending):
             continue
         for point, place in list(body.points.items())[:TOLD]:
             found |= {f"{name}.{point}.{x}": v for x, v in zip("xyz", place, strict=True)}

@@ -92,7 +92,9 @@ def _in_plane(
     order = sorted(known, key=lambda k: shares[k])
     loads = _loads(sheet, scene, result, pose, order, view.peak or 1.0)
     # sizes that change are not written
-    changing = {name for name, own in loads.items() if any(row != [0, 1, 1] for row in own["rows"])}
+    changing = {
+        name for name, load in loads.items() if any(row != [0, 1, 1] for row in load["rows"])
+    }
     marks = [replace(mark, text=mark.name) if mark.name in changing else mark for mark in marks]
     labels = _beside(labels, sheet, pose, loads)
     labels.write(sheet, pose, marks, shares)

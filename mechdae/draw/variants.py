@@ -63,7 +63,7 @@ def on_axes(ax: Axes, kind: str) -> Shared | None:
     if shared is None or not any(mark.axes is ax for mark in shared.marks):
         return None
     if shared.kind != kind or not PICTURES[kind].shared:
-        several = [own for own, picture in PICTURES.items() if picture.shared]
+        several = [name for name, picture in PICTURES.items() if picture.shared]
         raise InputError(
             f"these axes hold a picture of kind '{shared.kind}', '{kind}' would cover it",
             where="ax",
@@ -98,7 +98,7 @@ def add(ax: Axes, shared: Shared, result: SweepResult, options: Json) -> Axes:
     """Draw everything on the axes once more, with another variant."""
     entries = [*shared.entries, (result, options)]
     names = variant_names(entries)
-    given = {name: value for _, own in entries[::-1] for name, value in own.items()}
+    given = {name: value for _, chosen in entries[::-1] for name, value in chosen.items()}
     given.pop("label", None)
     if given.pop("polar", False):
         raise InputError("polar diagrams of variants do not share axes", where="polar")
@@ -113,8 +113,8 @@ def add(ax: Axes, shared: Shared, result: SweepResult, options: Json) -> Axes:
             _diagrams(ax, entries, names)
         else:
             draw_all = curves.draw_all if shared.kind == "curves" else coupler.draw_all
-            draw_all([own for own, _ in entries], names, ax, **given)
-        panels = [own for own in before(ax)[1] if own not in others]
+            draw_all([drawn for drawn, _ in entries], names, ax, **given)
+        panels = [each for each in before(ax)[1] if each not in others]
         marks = [*ax.texts, *ax.lines, *ax.patches]
         _KNOWN[ax] = Shared(shared.kind, entries, marks, panels, shared.place)
         lack = _cut(ax)

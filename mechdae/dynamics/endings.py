@@ -79,9 +79,9 @@ def feasible(setup: MotionProblem, t: Floats, x: Unknowns, v: Floats, signs: Mat
     gaps = np.empty(len(t))
     for i in range(len(t)):
         _, J, phi_t = k.value("place", t[i], x[i], v[i], signs[i])
-        asked = np.max(np.abs(phi_t.ravel() / k.gaps), initial=0.0)
+        wanted_speed = np.max(np.abs(phi_t.ravel() / k.gaps), initial=0.0)
         left = np.max(np.abs((J @ v[i] + phi_t.ravel()) / k.gaps), initial=0.0)
-        gaps[i] = left / max(float(asked), STILL / (MEETS * setup.end))
+        gaps[i] = left / max(float(wanted_speed), STILL / (MEETS * setup.end))
     return gaps <= MEETS
 
 
@@ -201,8 +201,8 @@ def stalled(
     more = []
     if setup.kernel.m:
         _, sigma, _ = singular_values(setup, t, x, v)
-        kept = sigma[: rank(sigma)]
-        facts["sigma_min"] = float(kept[-1] / sigma[0]) if len(kept) else 0.0
+        nonzero = sigma[: rank(sigma)]
+        facts["sigma_min"] = float(nonzero[-1] / sigma[0]) if len(nonzero) else 0.0
         more.append(f"least singular value of the constraints {facts['sigma_min']:.2g}")
     if setup.kernel.rubs:
         kappa = float(sticking.sizes.contractions(t, x, v, signs)[0])

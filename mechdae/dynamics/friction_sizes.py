@@ -287,9 +287,9 @@ class Sizes:
         }
         count, used = len(found), list[str]()
         for text, rule in rules.items():
-            kept = found if rule is None else [entry for entry in found if rule(entry[0])]
-            if len(found) > 1 and 0 < len(kept) < len(found):
-                found, used = kept, [*used, text]
+            remaining = found if rule is None else [entry for entry in found if rule(entry[0])]
+            if len(found) > 1 and 0 < len(remaining) < len(found):
+                found, used = remaining, [*used, text]
         if len(found) > 1 or apart(found[0][0], sizes) > SAME:  # Newton's method is elsewhere
             return False
         note = (

@@ -193,10 +193,10 @@ class _Shown:
     def last(self) -> tuple[dict[str, list[float]], dict[str, float]]:
         """Return value and rate of the outputs at the end, and values of those of forces."""
         forced = self._reported.forced
-        kept = [name for name in self.tables["outputs"] if name not in forced]
+        names = [name for name in self.tables["outputs"] if name not in forced]
         state = {
             name: [float(self._series[name].get(word, [np.nan])[-1]) for word in ("value", "rate")]
-            for name in kept
+            for name in names
         }
         return state, {name: float(self._series[name]["value"][-1]) for name in forced}
 

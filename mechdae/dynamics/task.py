@@ -187,11 +187,11 @@ def check_rest(setup: MotionProblem, x: Unknowns, v: Floats) -> None:
     turned = bias(0.0, x, v, setup.loose)[0]
     lengths = r.model.coordinates.sizes(setup.length)
     left, sigma, _ = np.linalg.svd(J * k.sizes / k.gaps[:, None])
-    asked = gamma.ravel() / k.gaps
-    kept = left[:, : rank(sigma, DEFICIENT)]
-    rest = asked - kept @ (kept.T @ asked)
+    wanted = gamma.ravel() / k.gaps
+    independent = left[:, : rank(sigma, DEFICIENT)]
+    rest = wanted - independent @ (independent.T @ wanted)
     size = max(
-        float(np.max(np.abs(asked), initial=0.0)),
+        float(np.max(np.abs(wanted), initial=0.0)),
         float(np.max(np.abs(turned / lengths), initial=0.0)),
         float(np.max(np.abs(v / k.sizes), initial=0.0)) ** 2,
     )
@@ -295,14 +295,14 @@ def _linear(problem: Problem, task: Motion) -> Json:
 def _integrated(run: MotionRun, x: Unknowns, v: Floats) -> Observer:
     """Integrate a run and complete its states."""
     whole, integrator = run.setup, run.integrator
-    kept = OutputStates()
-    integrate(run, kept, x, v)
+    recorded = OutputStates()
+    integrate(run, recorded, x, v)
     whole.pieces = whole.pieces_at(0.0)
-    _keep_last(kept, run)
+    _keep_last(recorded, run)
     if run.ends is not None and run.ends["kind"] == "infeasible":
-        _cut(kept, run)
+        _cut(recorded, run)
     observer = Observer(whole)
-    run.states = observer.complete(_states(whole, integrator, kept, run.undecided[0]))
+    run.states = observer.complete(_states(whole, integrator, recorded, run.undecided[0]))
     if whole.smooth:
         run.creep = Creep(whole)
         run.creep.look(run.states.t, run.states.x, run.states.v)

@@ -100,11 +100,11 @@ class Clock:
         none = SX.zeros(symbols.numel())  # the rows of tables are breakpoints
         whole = known(time, state, SX(ca.DM(model.p_values)), none)
         found, gaps = signals(time, state, [*q.tolist(), *qd.tolist()], whole)
-        kept = [part for part in found if self._finite(time, part)]
-        if not kept:
+        remaining = [part for part in found if self._finite(time, part)]
+        if not remaining:
             return None, None
         corners = Tempo(time, gaps) if gaps.numel() else None
-        return Tempo(time, ca.vertcat(*kept)), corners
+        return Tempo(time, ca.vertcat(*remaining)), corners
 
     def _finite(self, time: Sym, part: Sym) -> bool:
         """Return whether an expression of the time has a value over the motion."""

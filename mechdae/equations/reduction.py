@@ -287,8 +287,8 @@ def scene(
         if not out:
             raise
         groups = groups_of(model, rows, coarse, out)
-    kept = groups if outputs is None else _needed(model, groups, chosen, held | heavy)
-    result = Scene(model, tuple(drivers), rows, u, groups, kept, chosen, frozenset(out))
+    remaining = groups if outputs is None else _needed(model, groups, chosen, held | heavy)
+    result = Scene(model, tuple(drivers), rows, u, groups, remaining, chosen, frozenset(out))
     reduce(result)
     return result
 

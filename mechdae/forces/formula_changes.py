@@ -135,8 +135,8 @@ def kinks_of(state: State, answer: PoseForces) -> tuple[list[float], dict[str, A
 
 def _distinct(places: list[float]) -> list[float]:
     """Return sorted places without repetitions within rounding."""
-    kept: list[float] = []
+    distinct: list[float] = []
     for place in places:
-        if not kept or place - kept[-1] > 1e-13 * max(abs(place), 1.0):
-            kept.append(place)
-    return kept
+        if not distinct or place - distinct[-1] > 1e-13 * max(abs(place), 1.0):
+            distinct.append(place)
+    return distinct

@@ -120,13 +120,13 @@ class Branches:
         """
         every = [self._all(some(inputs, slice(k, k + 1))) for k in range(len(inputs[0]))]
         sure = [len(solutions) == 1 and proven for solutions, proven in every]
-        asked = [
+        wanted = [
             k
             for k, (solutions, proven) in enumerate(every)
             if not sure[k] and (solutions or critical or not proven)
         ]
-        grown = self._grown(some(inputs, asked), 1.0, FINEST) if asked else None
-        place = {k: i for i, k in enumerate(asked)}
+        grown = self._grown(some(inputs, wanted), 1.0, FINEST) if wanted else None
+        place = {k: i for i, k in enumerate(wanted)}
         return [
             self._answer(*solutions, 0 if sure[k] else None, grown, place.get(k))
             for k, solutions in enumerate(every)

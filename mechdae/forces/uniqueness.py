@@ -399,8 +399,8 @@ class ForceColumns:
             if not null[-1].shape[1]:
                 return Stressed(self, chosen, q[chosen], null[-1:] * len(chosen))
         least = min(N.shape[1] for N in null)  # there are more at a singular pose
-        kept = [k for k, N in enumerate(null) if N.shape[1] == least]
-        found = Stressed(self, chosen[kept], q[chosen[kept]], [null[k] for k in kept])
+        columns = [k for k, N in enumerate(null) if N.shape[1] == least]
+        found = Stressed(self, chosen[columns], q[chosen[columns]], [null[k] for k in columns])
         found.lost = [name for name in self.joints if found.loses(name)]
         return found
 

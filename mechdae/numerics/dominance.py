@@ -33,9 +33,9 @@ def best_of(
     if not designs:
         return []
     values = np.array([design["objectives"] for design in designs]) * signs
-    kept = np.flatnonzero(undominated(values))
-    order = kept[np.lexsort(values[kept].T[::-1])]
-    span = np.maximum(np.ptp(values[kept], axis=0), 1e-300)
+    front = np.flatnonzero(undominated(values))
+    order = front[np.lexsort(values[front].T[::-1])]
+    span = np.maximum(np.ptp(values[front], axis=0), 1e-300)
     found: list[int] = []
     for k in order.tolist():
         near = [np.abs(values[k] - values[j]).max(initial=0.0) for j in found]
@@ -54,12 +54,12 @@ def thinned(values: object, most: int) -> list[int]:
     `values` (n, 2): points that do not dominate each other, sorted by the first.
     """
     values = np.asarray(values, float)
-    kept = list(range(len(values)))
-    while len(kept) > max(most, 2):
-        left = values[kept]
+    indices = list(range(len(values)))
+    while len(indices) > max(most, 2):
+        left = values[indices]
         losses = (left[2:, 0] - left[1:-1, 0]) * (left[:-2, 1] - left[1:-1, 1])
-        del kept[1 + int(np.argmin(losses))]
-    return kept
+        del indices[1 + int(np.argmin(losses))]
+    return indices
 
 
 def hypervolume(values: Points | list[list[int]], reference: Floats | list[int]) -> float:

@@ -77,10 +77,10 @@ def natural_null_space(B: Floats, sizes: Floats, units: Floats, share: float = Z
     scaled = sizes[:, None] * B / units
     norms = np.linalg.norm(scaled, axis=0)
     free = norms <= share * norms.max(initial=0.0)
-    kept = np.flatnonzero(~free)
-    inside = equilibrated_null_space(scaled[:, kept], share) if len(kept) else np.zeros((0, 0))
+    held = np.flatnonzero(~free)
+    inside = equilibrated_null_space(scaled[:, held], share) if len(held) else np.zeros((0, 0))
     whole = np.zeros((B.shape[1], inside.shape[1] + int(free.sum())))
-    whole[kept, : inside.shape[1]] = inside
+    whole[held, : inside.shape[1]] = inside
     whole[np.flatnonzero(free), inside.shape[1] + np.arange(int(free.sum()))] = 1.0
     whole = whole / units[:, None]
     return whole / np.linalg.norm(whole, axis=0)

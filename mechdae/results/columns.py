@@ -65,8 +65,10 @@ def _of_series(whole: str, name: str, array: Floats, unit: str) -> Iterator[Colu
     if array.ndim == 1:
         yield whole, unit, array
     elif name.startswith("reaction"):
-        for axis, own, column in zip(*reaction_parts(name, array.shape[1]), array.T, strict=True):
-            yield f"{whole}.{axis}", own, column
+        for axis, of_part, column in zip(
+            *reaction_parts(name, array.shape[1]), array.T, strict=True
+        ):
+            yield f"{whole}.{axis}", of_part, column
     else:
         axes = "wxyz" if name == "orientation" else "xyz"
         for axis, column in zip(axes, array.T, strict=False):

@@ -153,8 +153,8 @@ class Result(Record, OfOtherKinds, Shown):
 
     def as_kind(self, kind: type[R], **changes: object) -> R:
         """Return a result of another class with what this one has, some of it changed."""
-        kept = [entry.name for entry in fields(self) if entry.name not in changes]
-        return kind(**{name: getattr(self, name) for name in kept} | changes)
+        names = [entry.name for entry in fields(self) if entry.name not in changes]
+        return kind(**{name: getattr(self, name) for name in names} | changes)
 
     def in_units(self, units: str | Sequence[str] | Units) -> Self:
         """Return the same result, shown in other units: ``"mm,deg"``.

@@ -293,7 +293,7 @@ SLIPS = [
     ),
     Slip(
         "design.synthesis.verification.verify",
-        'claim.sense if asked.sense == "free" else 1.0',
+        'claim.sense if goal.sense == "free" else 1.0',
         "claim.sense",
         planted,
         SEEN,

@@ -338,7 +338,7 @@ def test_a_force_lights_in_table_plan_and_diagram(opened):
     for title in steps(page):
         if title.startswith("7/"):
             break
-    page.locator("[data-lit='force/load/work/slider']").first.hover()
+    page.locator("[data-lit^='force/load/'][data-lit$='/slider']").first.hover()
     lit = page.locator(".lit").evaluate_all(
         "(all) => all.map((own) => own.closest('#diagram, .plan, table, .formula').tagName)"
     )

@@ -180,10 +180,10 @@ def _task(task: Json) -> str:
 
 def _motion(task: Json) -> str:
     """Return what a task of motion integrates."""
-    free, kept = len(task["coordinates"]), len(task["constraints"])
+    free, constraints = len(task["coordinates"]), len(task["constraints"])
     parts = [
         f"{task['kind']}, {task['absolute']} coordinates and {task['equations']} equations "
-        f"-> {free} and {kept}",
+        f"-> {free} and {constraints}",
         f"loads {', '.join(task['loads']) or 'none'}",
     ]
     if "end" in task:

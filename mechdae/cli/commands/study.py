@@ -96,8 +96,8 @@ def _result(options: argparse.Namespace) -> Result:
     except BaseException:
         clear(show)
         if done[0] and options.out:
-            kept = f"of {done[1]} sets {done[0]} were computed, finished portions are kept"
-            message(f"mechdae: {kept} in {options.out}; the same command goes on", options.quiet)
+            text = f"of {done[1]} sets {done[0]} were computed, finished portions are kept"
+            message(f"mechdae: {text} in {options.out}; the same command goes on", options.quiet)
         raise
     finally:
         clear(show)

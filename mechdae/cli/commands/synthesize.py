@@ -85,8 +85,8 @@ def _result(options: argparse.Namespace) -> Result:
         clear(show)
         if starts and options.out:
             finished = Path(options.out, log).read_bytes()
-            kept = f"{finished.count(10) - 1} of {starts[-1]} {word} are kept in {options.out}"
-            message(f"mechdae: {kept}; the same command goes on there", options.quiet)
+            text = f"{finished.count(10) - 1} of {starts[-1]} {word} are kept in {options.out}"
+            message(f"mechdae: {text}; the same command goes on there", options.quiet)
         raise
     clear(show)
     return result

@@ -23,18 +23,18 @@ def bearings(mechanism: Mechanism, mesh: Joint) -> list[Bearing]:
     found = []
     for member, wheel in ((mesh.first_body, True), (mesh.second_body, mesh.wheels > 1)):
         word, name = ("angle", "wheel") if wheel else ("slide", "rack")
-        own = [
+        chosen = [
             Bearing(joint.name, word, 1.0 if joint.second_body == member else -1.0)
             for joint in mechanism.joints.values()
             if {joint.first_body, joint.second_body} == {member, carrier}
             and word in joint.coordinates
         ]
-        if len(own) != 1:
+        if len(chosen) != 1:
             raise MechanismError(
                 f"{name} {member} needs one joint with {'an' if wheel else 'a'} {word} on the "
                 f"carrier {carrier}",
                 where=f"joints.{mesh.name}",
                 hint=f"a joint between {carrier} and {member}, or another carrier",
             )
-        found += own
+        found += chosen
     return found

@@ -61,8 +61,8 @@ class Visits:
     @property
     def places(self) -> Rows:
         """The places of the point, or of the body's origin."""
-        kept = {3: 2, 7: 3}[len(self.targets[0])] if self.is_motion else len(self.targets[0])
-        return tuple(row[:kept] for row in self.targets)
+        dimension = {3: 2, 7: 3}[len(self.targets[0])] if self.is_motion else len(self.targets[0])
+        return tuple(row[:dimension] for row in self.targets)
 
 
 # -- as they are described ---------------------------------------------------------------------

@@ -95,9 +95,9 @@ def referred(joint: Joint, closure: Closure, merged: Merged, at: Mapping[str, st
         if node is None:
             continue
         ends[side] = at[node]
-        own = at[node].split(".")[0]
-        unturned = own not in closure.bodies or not closure.bodies[own].points
-        if not (joint.ball or joint.bar) and own != GROUND and unturned:
+        owner = at[node].split(".")[0]
+        unturned = owner not in closure.bodies or not closure.bodies[owner].points
+        if not (joint.ball or joint.bar) and owner != GROUND and unturned:
             raise InputError(
                 f"'{text}' is a point that does not turn: a {joint.kind} joint needs a body",
                 where=f"joints.{joint.name}.between",

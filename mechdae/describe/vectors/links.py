@@ -253,12 +253,12 @@ class VectorLinks:
         x, y = components(length, less(self.directions[name][1], link.turn))
         tail, head = (self.node(f"{name}.{end}") for end in (TAIL, HEAD))
         if tail in link.places:
-            own = link.places[tail]
-            place = (add(own[0], x), add(own[1], y))
+            tail_place = link.places[tail]
+            place = (add(tail_place[0], x), add(tail_place[1], y))
             if head in link.places:
                 check_meeting(self.vectors[name], link.places[head], place, self.known)
             else:
                 link.places[head] = place
         else:
-            own = link.places[head]
-            link.places[tail] = (less(own[0], x), less(own[1], y))
+            tail_place = link.places[head]
+            link.places[tail] = (less(tail_place[0], x), less(tail_place[1], y))

@@ -22,12 +22,12 @@ def typed(mechanism: Mechanism) -> Closure | None:
         return None
     bodies = {}
     for name, body in mechanism.bodies.items():
-        own = closure.bodies.get(name)
-        points = own.points if own else {}
+        closed_body = closure.bodies.get(name)
+        points = closed_body.points if closed_body else {}
         own_places = {point: place for point, place in body.points.items() if point in points}
-        kept: Table[tuple[Number, ...]] = Table(own_places)
-        rest = replace(body, points=kept)
-        if own or rest != replace(rest, mass=None, center=None, inertia=None, number=None):
+        places: Table[tuple[Number, ...]] = Table(own_places)
+        rest = replace(body, points=places)
+        if closed_body or rest != replace(rest, mass=None, center=None, inertia=None, number=None):
             bodies[name] = rest
     ground = mechanism.ground.points
     points = {point: ground[point] for point in closure.ground.points if point in ground}

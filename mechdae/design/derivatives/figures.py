@@ -155,11 +155,11 @@ class SeriesBetween:
     """
 
     def __init__(self, t: Floats, y: Floats, rates: Any) -> None:
-        kept = np.concatenate([[True], np.diff(t) > 0]) & np.isfinite(y).all(axis=1)
+        remaining = np.concatenate([[True], np.diff(t) > 0]) & np.isfinite(y).all(axis=1)
         if rates is not None:
-            rates = rates[:, kept]
+            rates = rates[:, remaining]
             rates = rates if np.isfinite(rates).all() else None
-        self.t, self.y, self.rates = t[kept], y[kept], rates
+        self.t, self.y, self.rates = t[remaining], y[remaining], rates
 
     def __call__(self, i: int, t: float, coarse: bool = False) -> Any:
         """Return the value (k,) at a time between states i and i + 1; `coarse` of lower order."""

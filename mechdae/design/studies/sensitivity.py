@@ -432,17 +432,17 @@ def _spread(
         slopes = [derivatives.first[name] * width for name, width in tolerances.items()]
         table = tables[path]
         there = np.isfinite(table.reshape(len(table), -1)).all(axis=1)
-        kept = table[there] if there.any() else np.full((1, *table.shape[1:]), np.nan)
+        remaining = table[there] if there.any() else np.full((1, *table.shape[1:]), np.nan)
         result[path] = {
             "first_order": np.sqrt(sum(slope * slope for slope in slopes) / 3),
             "worst_case": sum(np.abs(slope) for slope in slopes),
             "monte_carlo": {
                 "samples": int(there.sum()),
                 "failed": int(len(table) - there.sum()),
-                "mean": kept.mean(axis=0),
-                "std": kept.std(axis=0),
-                "min": kept.min(axis=0),
-                "max": kept.max(axis=0),
+                "mean": remaining.mean(axis=0),
+                "std": remaining.std(axis=0),
+                "min": remaining.min(axis=0),
+                "max": remaining.max(axis=0),
             },
         }
     return result

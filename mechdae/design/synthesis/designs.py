@@ -144,14 +144,14 @@ def drawn_backwards(mechanism: Mechanism, parameters: Mapping[str, float]) -> li
 def left_out(search: Search) -> str:
     """Return the lengths that meet three pairs of angles, where bounds leave them out."""
     space, loop, goal = search.space, search.space.loop, search.lead
-    asked = goal.asked
-    if not isinstance(asked, FunctionTargets) or loop is None or not space.single_loop:
+    stated = goal.asked
+    if not isinstance(stated, FunctionTargets) or loop is None or not space.single_loop:
         return ""
-    starts = (asked.input_start, asked.output_start)
-    if len(asked.targets or ()) != 3 or any(x is None or isinstance(x, str) for x in starts):
+    starts = (stated.input_start, stated.output_start)
+    if len(stated.targets or ()) != 3 or any(x is None or isinstance(x, str) for x in starts):
         return ""
     mechanism, free = space.poses.mechanism, search.asked.free
-    c = coordinate(mechanism, asked.output)
+    c = coordinate(mechanism, stated.output)
     if not c.is_angle:
         return ""
     bodies = (GROUND, c.part) if c.kind == "body angle" else mechanism.joints[c.part].bodies
@@ -164,9 +164,9 @@ def left_out(search: Search) -> str:
     values = np.array([mechanism.values().get(name, np.nan) for name in names])
     if not (set(names) <= set(free) and np.allclose(np.abs(values), sizes[1:])):
         return ""
-    x, y = np.array(asked.targets, float).T
+    x, y = np.array(stated.targets, float).T
     found = three_pairs(
-        four.absolute(asked.input_start + x - x[0]), four.output(asked.output_start + y - y[0])
+        four.absolute(stated.input_start + x - x[0]), four.output(stated.output_start + y - y[0])
     )
     if found is None:
         return ""
@@ -346,15 +346,15 @@ def cognates_among(
     every = [group.best, *group.others]
     vectors = [dimensions(problems[c.kind].read(c.found.z)["d"], c.given) for c in every]
     lines = [starts.described(d) for d in vectors]
-    kept: list[int] = []
+    chosen: list[int] = []
     for k in range(1, len(every)):
         differs = all(
-            np.abs(lines[k].lengths / lines[j].lengths - 1).max() > ALIKE for j in [0, *kept]
+            np.abs(lines[k].lengths / lines[j].lengths - 1).max() > ALIKE for j in [0, *chosen]
         )
         if differs and are_cognates(lines[0], lines[k], ALIKE):
-            kept.append(k)
+            chosen.append(k)
     names = search.space.names
-    return [dict(zip(names, vectors[k].tolist(), strict=True)) for k in kept]
+    return [dict(zip(names, vectors[k].tolist(), strict=True)) for k in chosen]
 
 
 def defective(search: Search) -> list[dict[str, Any]]:
@@ -448,18 +448,18 @@ def _missed_limits(search: Search, design: Design) -> list[str]:
         return []
     mechanism, defects = search.problem.mechanism, []
     measured = found.summary.get("transmission", {})
-    for asked in search.space.held_over_turn:
-        dyad = search.space.dyad(asked.between)
+    for limit in search.space.held_over_turn:
+        dyad = search.space.dyad(limit.between)
         least = measured[dyad.joint]["min"]
-        if not least >= asked.min - KEEPS:
+        if not least >= limit.min - KEEPS:
             word = f"the transmission angle in {dyad.joint} falls to {np.degrees(least):.4g} deg"
             defects.append(word)
-    for asked in search.space.held_at_poses:
-        joint = search.space.dyad(asked.between).joint
+    for limit in search.space.held_at_poses:
+        joint = search.space.dyad(limit.between).joint
         for goal in search.goals:
             at, _ = goal.programme(design.values, design.given)
             least = float(np.min(design.file.transmissions(np.unique(at))[joint]))
-            if not least >= asked.min - KEEPS:
+            if not least >= limit.min - KEEPS:
                 word = f"the transmission angle in {joint} is {np.degrees(least):.4g} deg"
                 defects.append(f"{word} at a pose of the goal")
     for box in search.asked.of(Box):

@@ -167,11 +167,11 @@ class FrontSearch:
         One in which levels led nowhere is cut there; what is below one of them counts half: where
         the front jumps there is nothing, where the search failed there may be.
         """
-        kept = self.reported(levels)
-        kept = kept[np.lexsort((kept[:, 1], kept[:, 0]))]
+        front = self.reported(levels)
+        front = front[np.lexsort((front[:, 1], front[:, 0]))]
         known = np.sort([level.most[1] for level in levels if level.primary == 0])
         found = []
-        for (x0, high), (x1, low) in pairwise(kept.tolist()):
+        for (x0, high), (x1, low) in pairwise(front.tolist()):
             edge = SAME * (high - low)  # points keep their levels to rounding
             within = known[(known > low + edge) & (known < high - edge)]
             cuts = [low, *within.tolist(), high]
@@ -209,11 +209,11 @@ class FrontSearch:
     def around(self, level: Level) -> Iterator[Point]:
         """Yield points to start a level from: the best that keeps it, and one that nearly does."""
         points = [point for point in self.points if point.found.status != NO_NUMBER]
-        kept = [point for point in points if level.allows(point.terms)]
+        allowed = [point for point in points if level.allows(point.terms)]
         k = level.primary
-        if kept:
-            yield min(kept, key=lambda point: float(point.terms[k]))
-        least = min((float(point.terms[k]) for point in kept), default=np.inf)
+        if allowed:
+            yield min(allowed, key=lambda point: float(point.terms[k]))
+        least = min((float(point.terms[k]) for point in allowed), default=np.inf)
         beyond = [
             point for point in points
             if not level.allows(point.terms) and point.terms[k] < least
@@ -292,7 +292,7 @@ class FrontSearch:
 
     def verified(self, levels: Sequence[Level]) -> tuple[list[dict[str, Any]], list[Any]]:
         """Return the designs that hold in their sweeps, one for each end and level, and others."""
-        kept: list[dict[str, Any]] = []
+        distinct: list[dict[str, Any]] = []
         rejected: list[dict[str, Any]] = []
         judged: dict[int, dict[str, Any]] = {}
         for best in self.candidates(levels):
@@ -300,10 +300,10 @@ class FrontSearch:
                 known = judged.get(id(point))
                 if known is None:
                     known = judged[id(point)] = self.judge(point)
-                    (rejected if known.get("reasons") else kept).append(known)
+                    (rejected if known.get("reasons") else distinct).append(known)
                 if not known.get("reasons"):
                     break
-        return kept, rejected
+        return distinct, rejected
 
     def known(self, points: list[list[float]], keep: int) -> dict[str, Any]:
         """Return how the ends of the front that is reported were found, and its holes."""
@@ -374,10 +374,10 @@ def front_of(
     `starts`, `seed`: in place of the task's own; the starts are shared among the objectives.
     """
     began = time.process_time()
-    asked, problem = search.asked, search.problem
+    required, problem = search.asked, search.problem
     problems = [search.build(kind) for kind in search.kinds]
-    seed = asked.seed if seed is None else seed
-    count = asked.starts if starts is None else starts
+    seed = required.seed if seed is None else seed
+    count = required.starts if starts is None else starts
     front = FrontSearch(search, problems, run)
     by_class = planned(search, problems, max(1, -(-count // front.count)), seed)
     for k, pick in enumerate(np.eye(front.count)):
@@ -389,22 +389,22 @@ def front_of(
     levels: list[Level] = []
     if front.points:
         front.finish_ends()
-        levels = front.levels(asked.keep)
+        levels = front.levels(required.keep)
         used: set[tuple[int, int]] = set()
         for _ in range(1 + PASSES):
             front.pass_over(levels, used)
         if front.count == 2:
-            front.fill(levels, asked.keep)
-        front.close(levels, asked.keep, seed)
+            front.fill(levels, required.keep)
+        front.close(levels, required.keep, seed)
         if front.count == 2:
-            front.fill(levels, asked.keep)
+            front.fill(levels, required.keep)
     designs, rejected = front.verified(levels) if front.points else ([], [])
     signs = np.array([goal.sense for goal in search.goals[: front.count]], float)
     kept = best_of(designs, signs, SAME)
     dominated = len(designs) - len(kept)
     if front.count == 2:
         values = [design["objectives"] for design in kept] * signs if kept else []
-        kept = [kept[k] for k in thinned(values, asked.keep)]
+        kept = [kept[k] for k in thinned(values, required.keep)]
     fault: str | None = None
     conflicts: dict[str, float] = {}
     if not kept:
@@ -420,8 +420,8 @@ def front_of(
     }  # fmt: skip
     summary |= search.said_of_speeds
     if kept:
-        told = _described(search, kept, dominated, signs)
-        summary["front"] = told | front.known(told["points"], asked.keep)
+        described = _described(search, kept, dominated, signs)
+        summary["front"] = described | front.known(described["points"], required.keep)
         whole = all(end["found"] for end in summary["front"]["ends"])
         summary["status"] = "found" if whole else PART
         notes = [*search.notes, *front.notes(summary["front"])]

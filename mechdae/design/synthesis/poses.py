@@ -85,12 +85,12 @@ class FreePoses:
         """Places among the branches of what is positive at every pose: senses of axes."""
         signs += [self._over_graphs(value) for value in self._senses()]
         names, parts = list(self.asked), list(self.asked.values())
-        asked = self._over_graphs(ca.vertcat(*parts) if parts else SX(0, 1))
+        limits = self._over_graphs(ca.vertcat(*parts) if parts else SX(0, 1))
         self._spans, start = {}, 0
         for name, part in zip(names, parts, strict=True):
             self._spans[name] = slice(start, start + part.numel())
             start += part.numel()
-        columns = [ca.vertcat(*residuals), ca.vertcat(*signs), asked]
+        columns = [ca.vertcat(*residuals), ca.vertcat(*signs), limits]
         self.inside: Graph = ca.Function("inside", [g.x, g.u, g.p], columns)
         """(x, u, p) -> closure, branches and asked values."""
         results = list(self.inside(g.x, g.u, p))
@@ -124,10 +124,10 @@ class FreePoses:
         """(x, u, free, v) -> what is left of the rate of closure, rates of the asked values."""
         x, u, d = SX.sym("x", self.nx), SX.sym("u"), SX.sym("d", len(self.free))
         v = SX.sym("v", self.nx)
-        F, _, asked = self.function(x, u, d)
+        F, _, limits = self.function(x, u, d)
         both = [
             ca.jtimes(part, x, v) + ca.jacobian(part, u) if part.numel() else part
-            for part in (F, asked)
+            for part in (F, limits)
         ]
         return ca.Function("rates", [x, u, d, v], [ca.densify(part) for part in both])
 

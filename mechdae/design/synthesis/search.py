@@ -107,7 +107,7 @@ class Search:
         bodies = dict.fromkeys(body for goal in every for body in goal.bodies())
         boxed = dict.fromkeys(point for box in self.asked.of(Box) for point in box.points)
         held = [
-            b for asked in self.asked.of(TransmissionAngle) for b in asked.between if b != GROUND
+            b for angle in self.asked.of(TransmissionAngle) for b in angle.between if b != GROUND
         ]
 
         stopped = limited(problem.mechanism.joints)

@@ -228,13 +228,13 @@ class DesignSpace:
     def held_at_poses(self) -> list[TransmissionAngle]:
         """Limits of transmission angles that hold at the poses of the goals."""
         every = self.asked.of(TransmissionAngle)
-        return [asked for asked in every if asked.over == "goal" or not self.asked.full_turn]
+        return [angle for angle in every if angle.over == "goal" or not self.asked.full_turn]
 
     @cached_property
     def held_over_turn(self) -> list[TransmissionAngle]:
         """Limits of transmission angles that hold over the whole turn."""
         return [
-            asked for asked in self.asked.of(TransmissionAngle) if asked not in self.held_at_poses
+            angle for angle in self.asked.of(TransmissionAngle) if angle not in self.held_at_poses
         ]
 
     def of_loop(self, dyad: Dyad) -> bool:

@@ -71,15 +71,15 @@ def synthesize(
     ]
     solved = time.process_time() - began - built - drawn
     several = distinct(candidates)
-    kept, rejected = designs(search, problems, several)
-    kept += defective(search)
-    sound = sum(not each["defects"] for each in kept)
+    remaining, rejected = designs(search, problems, several)
+    remaining += defective(search)
+    sound = sum(not each["defects"] for each in remaining)
     statuses = [found.status for found in optima]
     summary: dict[str, Any] = {
         "starts": len(jobs), "asked": count, "seed": seed,
         "exhausted": sum(found.exhausted for found in optima),
         "gone_on": again, "converged": len(candidates), "distinct": len(several),
-        "hits_of_best": kept[0]["hits"] if sound else 0,
+        "hits_of_best": remaining[0]["hits"] if sound else 0,
         "status": "found" if sound else "none found", "units": units_of(search),
         "rejected": rejected,
         "ipopt": {word: statuses.count(word) for word in dict.fromkeys(statuses)},
@@ -104,17 +104,17 @@ def synthesize(
         summary["conflicts"] = conflicts
     return SynthesisResult.of(
         problem, name, task,
-        status=np.array(["rejected" if each["defects"] else "ok" for each in kept]),
+        status=np.array(["rejected" if each["defects"] else "ok" for each in remaining]),
         summary=Summary(summary), fault=fault,
-        data={"designs": kept}, motions=motions(search, kept),
+        data={"designs": remaining}, motions=motions(search, remaining),
     )  # fmt: skip
 
 
 def units_of(search: Search) -> dict[str, str]:
     """Return the units of the objective and of the errors that designs list; "" if not known."""
-    asked = [goal for goal, _ in search.asked.goals]
-    counted = [goal for goal, posed in zip(asked, search.goals, strict=True) if not posed.exact]
-    lead = asked[search.goals.index(search.lead)]
+    goals = [goal for goal, _ in search.asked.goals]
+    counted = [goal for goal, posed in zip(goals, search.goals, strict=True) if not posed.exact]
+    lead = goals[search.goals.index(search.lead)]
     errors = error_unit(search.problem, lead)
     if not counted:
         return {"objective": errors, "errors": errors}

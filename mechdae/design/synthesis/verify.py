@@ -219,8 +219,10 @@ class Design:
         scene = self.space.poses.scene
         parts = {scene.drivers[0].part}  # all of the scene is told again
         parts |= {name for g in scene.groups for name in (*g.bodies, *g.joints)}
-        kept = {n: value for n, value in mechanism.sketch.items() if n.split(".")[0] not in parts}
-        mechanism = replace(mechanism, sketch=Table({**kept, **self.sketch}))
+        remaining = {
+            n: value for n, value in mechanism.sketch.items() if n.split(".")[0] not in parts
+        }
+        mechanism = replace(mechanism, sketch=Table({**remaining, **self.sketch}))
         return Problem(
             mechanism, Table(tasks), name=self.problem.name, title=self.problem.title,
             source=self.problem.source,
@@ -241,9 +243,9 @@ class Design:
     @cached_property
     def file(self) -> DesignFile:
         """The file, read back, to be measured."""
-        asked = self.space.asked
+        required = self.space.asked
         return DesignFile(
-            from_dict(tomllib.loads(self.text), self.problem.name), asked.driver, self.at,
-            asked.full_turn, self.around, bool(self.space.poses.dyads),
-            tuple({point: None for box in asked.of(Box) for point in box.points}), self.others,
+            from_dict(tomllib.loads(self.text), self.problem.name), required.driver, self.at,
+            required.full_turn, self.around, bool(self.space.poses.dyads),
+            tuple({point: None for box in required.of(Box) for point in box.points}), self.others,
         )  # fmt: skip

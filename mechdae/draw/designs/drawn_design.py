@@ -82,7 +82,7 @@ def chosen(result: Any, design: int | None) -> list[int]:
             result.fault or "no design was found", hint="kinds that show why: census, convergence"
         )
     if design is None:
-        sound = [k for k, own in enumerate(result.data["designs"]) if not own.get("defects")]
+        sound = [k for k, entry in enumerate(result.data["designs"]) if not entry.get("defects")]
         if not sound:
             raise InputError(
                 result.fault or "all designs are rejected",

@@ -73,7 +73,7 @@ def _pair(
     k = frame.k
     scales = [scale_of(objectives[m]["unit"], [values[:, m]], result.units) for m in pair]
     x, y = (scale(values[:, m]) for scale, m in zip(scales, pair, strict=True))
-    logs = [_limits(panel, axis, own) for axis, own in zip("xy", (x, y), strict=True)]
+    logs = [_limits(panel, axis, coordinate) for axis, coordinate in zip("xy", (x, y), strict=True)]
     if alone:
         steps: Any = "post" if objectives[pair[0]]["sense"] == "least" else "pre"
         order = np.argsort(x, kind="stable")
@@ -86,10 +86,10 @@ def _pair(
     for n in range(0, len(x), every):
         spot, offset, gid = (x[n], y[n]), (5.0 * k, 4.0 * k), f"front-{n + 1}"
         note(panel, str(n + 1), spot, offset, small, style.FAINT, gid=gid)
-    for axis, log, own in zip("xy", logs, (x, y), strict=True):
-        if log and own.max() < 1e3 * own.min():
+    for axis, log, coordinate in zip("xy", logs, (x, y), strict=True):
+        if log and coordinate.max() < 1e3 * coordinate.min():
             panel.minorticks_off()
-            ticks = np.geomspace(own.min(), own.max(), 4)
+            ticks = np.geomspace(coordinate.min(), coordinate.max(), 4)
             getattr(panel, f"set_{axis}ticks")(ticks, [number(tick, 2) for tick in ticks])
     labels = []
     for m, scale in zip(pair, scales, strict=True):

@@ -93,9 +93,11 @@ def value_text(
     if values is None:
         return ""
     value, rest = float(values[pose]), f" ({words('held')})" if held else ""
-    own = getattr(result, "units", SI).of(entry.unit)
-    if own.name not in (entry.unit, "deg"):
-        return f"{entry.text} = {words.number(value * own.factor)} {words.status(own.name)}{rest}"
+    shown = getattr(result, "units", SI).of(entry.unit)
+    if shown.name not in (entry.unit, "deg"):
+        return (
+            f"{entry.text} = {words.number(value * shown.factor)} {words.status(shown.name)}{rest}"
+        )
     if entry.is_angle:
         return f"{entry.text} = {_plain(np.rad2deg(value), 3, words)}°{rest}"
     unit = f" {words('m')}" if entry.unit == "m" else ""
@@ -223,15 +225,15 @@ def pivot_of(scene: DrawnScene, entry: NamedCoordinate, places: list[Place]) -> 
     if entry.part in scene.mechanism.joints:
         return scene.mechanism.joints[entry.part].second
     body = entry.part
-    own = [
+    chosen = [
         (place, reference)
         for place in places
         if place.pinned
         for reference in place.references
         if reference.startswith(f"{body}.")
     ]
-    fixed = [reference for place, reference in own if GROUND in place.bodies]
-    known = [*fixed, *(reference for _, reference in own)]
+    fixed = [reference for place, reference in chosen if GROUND in place.bodies]
+    known = [*fixed, *(reference for _, reference in chosen)]
     return known[0] if known else f"{body}.{next(iter(scene.mechanism.body(body).points))}"
 
 

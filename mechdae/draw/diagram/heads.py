@@ -33,8 +33,8 @@ def draw_frame(
     sheet: Sheet, scene: JoinedScene, result: Result, pose: int, words: Words, extra: str = ""
 ) -> None:
     """Draw the scale bar and the note on what is not drawn."""
-    own = getattr(result, "units", SI).of("m")
-    length = nice_length(0.2 * own.factor * float(sheet.size[0]) / sheet.metre) / own.factor
+    metres = getattr(result, "units", SI).of("m")
+    length = nice_length(0.2 * metres.factor * float(sheet.size[0]) / sheet.metre) / metres.factor
     bar = length * sheet.metre
     start = np.array([sheet.size[0] - 6.0 - bar, 10.0])
     chosen = font(style.NOTE, style.NOTE_FONT)
@@ -95,8 +95,8 @@ def nice_length(about: float) -> float:
 def length_text(length: float, words: Words, units: Units = SI) -> str:
     """Return a length with its unit: that asked for, or one from µm to km."""
     if "m" in units.by_si:
-        own = units.of("m")
-        return f"{words.number(length * own.factor)} {words.status(own.name)}"
+        metres = units.of("m")
+        return f"{words.number(length * metres.factor)} {words.status(metres.name)}"
     _, unit, name = next(row for row in LENGTHS if length >= row[0])
     return f"{words.number(length / unit)} {words(name)}"
 

@@ -208,9 +208,9 @@ def letters_of(scene: JoinedScene, pose: int, places: Sequence[Place]) -> dict[s
     for place in places:
         names = [j.name for j in place.joints if (j.coincide or j.slot) and len(j.name) <= LONG]
         bodies = [body for body in place.bodies if body != GROUND]
-        own = names if len(names) == 1 else []
-        own = [*own, *_indexed(place.letter, bodies, numbers)]
-        owners.append((place.references, place.letter, own))
+        single = names if len(names) == 1 else []
+        single = [*single, *_indexed(place.letter, bodies, numbers)]
+        owners.append((place.references, place.letter, single))
     for reference in free_points(scene, pose):
         body, point = reference.split(".")
         owners.append(((reference,), point, _indexed(point, [body], numbers)))

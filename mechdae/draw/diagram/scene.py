@@ -165,12 +165,12 @@ class DrawnScene:
             if joint.guide and joint.first_body == GROUND
             if joint.second_body in self.origins
         ]
-        own = [
+        chosen = [
             f"{name}.{point}"
             for name in self.mechanism.bodies
             for point in (self.mechanism.body(name).points if name in self.origins else ())
         ]
-        return distinct_paths(self.track, guided, own, self.assembled(), len(self.status))
+        return distinct_paths(self.track, guided, chosen, self.assembled(), len(self.status))
 
     def series(self, entry: NamedCoordinate) -> Array:
         """Return a coordinate in all poses, (n,); nan where it is not known."""

@@ -100,7 +100,7 @@ def draw_all(
         scale,
         (f"{word}x [{scale.unit}]", f"{word}y [{scale.unit}]"),
         title=str(result.title or result.problem),
-        subtitle=subtitle_of(result, what, *([] if several else [own for own in labels if own])),
+        subtitle=subtitle_of(result, what, *([] if several else [text for text in labels if text])),
         ticks=ticks and not several,
         pivots=shown,
         origin=not places,
@@ -125,13 +125,13 @@ def default_points(result: SweepResult) -> list[str]:
     ]
     free = [name for name in moving if name not in joined]
     floating = [name for name in moving if name.split(".")[0] not in fixed]
-    kept: list[str] = []
+    distinct: list[str] = []
     for name in free or floating or moving:
         path = result.points[name].position
         near = SMALL * 1e6 * _spread(path)
-        if not any(_same(path, result.points[other].position, near) for other in kept):
-            kept.append(name)
-    return kept[:MOST]
+        if not any(_same(path, result.points[other].position, near) for other in distinct):
+            distinct.append(name)
+    return distinct[:MOST]
 
 
 def _spread(values: Array) -> float:

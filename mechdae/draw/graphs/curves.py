@@ -128,7 +128,7 @@ def draw_all(
         ax,
         len(groups),
         str(results[0].title or results[0].problem),
-        subtitle_of(results[0], *([] if several else [own for own in names if own])),
+        subtitle_of(results[0], *([] if several else [text for text in names if text])),
         key,
         labels,
         rows=max(len(group) for group in groups),

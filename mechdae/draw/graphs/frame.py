@@ -175,7 +175,7 @@ class Panels:
 
     def scaled(self, look: Json) -> Json:
         """Return the options of a line with the widths and sizes that they have here."""
-        return {name: own * self.k if name in SCALED else own for name, own in look.items()}
+        return {name: size * self.k if name in SCALED else size for name, size in look.items()}
 
     def line(self, panel: Axes, gid: str, x: ArrayLike, y: ArrayLike, **look: Any) -> None:
         """Draw a curve or marks, whose `look` is that in a new figure."""

@@ -256,7 +256,7 @@ def _draw_map(result: StudyResult, ax: Axes | None, plane: Plane) -> Axes:
         if locked:
             _lock(frame, panel, xs, ys, table)
     _bar(frame, levels, colors)
-    labels = [_with_unit(name, own) for name, own in zip(plane.names, scales, strict=True)]
+    labels = [_with_unit(name, shown) for name, shown in zip(plane.names, scales, strict=True)]
     frame.label(panel, *labels)
     return panel
 
@@ -292,8 +292,8 @@ def _grid(x: Array, y: Array) -> tuple[Array, Array, Any] | None:
 def _distinct(values: Array) -> Array:
     ordered = np.sort(values)
     apart = SAME * max(float(np.ptp(ordered)), 1e-300)
-    kept: Array = ordered[np.concatenate([[True], np.diff(ordered) > apart])]
-    return kept
+    levels: Array = ordered[np.concatenate([[True], np.diff(ordered) > apart])]
+    return levels
 
 
 def _edges(values: Array) -> Array:

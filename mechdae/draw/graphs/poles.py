@@ -114,14 +114,14 @@ def clip_of(x: Array, values: Array, at: Sequence[int]) -> Clip | None:
     for first, after in stretches(outside):
         if any(first <= k + 1 and k < after for k in at):
             continue
-        own = values[first:after]
-        peak = first + int(np.argmax(np.abs(own)))
-        third = np.sort(np.abs(own))[-3:][0]
-        plateau = len(own) > 2 and third > EQUAL * abs(values[peak])
+        part = values[first:after]
+        peak = first + int(np.argmax(np.abs(part)))
+        third = np.sort(np.abs(part))[-3:][0]
+        plateau = len(part) > 2 and third > EQUAL * abs(values[peak])
         if growing & {peak - 1, peak, peak + 1} and not plateau:
             peaks.append(Beyond(float(x[peak]), float(values[peak]), False))
         else:
-            least, most = min(least, float(own.min())), max(most, float(own.max()))
+            least, most = min(least, float(part.min())), max(most, float(part.max()))
     least, most = max(least, lowest), min(most, highest)
     hidden = tuple(extreme for extreme in peaks if not least <= extreme.value <= most)
     if poles or (hidden and most - least < full / 2):

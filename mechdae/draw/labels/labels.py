@@ -89,7 +89,7 @@ def write_all(
         if label.kind != "number" or corners is None or not inside(spot, corners):
             _write_leader(sheet, label, spot)
         write_label(sheet, label, spot)
-    rows = [(own.gid, np.array([own.label.width, own.label.height]) / 2) for own in labels]
+    rows = [(entry.gid, np.array([entry.label.width, entry.label.height]) / 2) for entry in labels]
     return [(row[0], at - row[1], at + row[1]) for row, at in zip(rows, spots, strict=True)]
 
 

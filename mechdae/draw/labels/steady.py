@@ -212,7 +212,8 @@ def chosen_labels(
 
     labels = sorted(every[0].values(), key=lambda label: label.kind == "number")
     trials = {
-        own.gid: [places_of(own.gid, own.label, at) for at in anchors_of(own)] for own in labels
+        sought.gid: [places_of(sought.gid, sought.label, at) for at in anchors_of(sought)]
+        for sought in labels
     }
     look([own for some in trials.values() for own in some])
     for label in labels:

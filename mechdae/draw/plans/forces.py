@@ -122,8 +122,8 @@ class BodyForces:
         total = 0.0
         for name in self.joints(body):
             joint = self.scene.mechanism.joints[name]
-            own = float(self.result.joints[name].reaction[self.pose][2])
-            total += own if joint.second_body == body else -own
+            torque = float(self.result.joints[name].reaction[self.pose][2])
+            total += torque if joint.second_body == body else -torque
             total += moment(self.rates.place(joint.second), self.reaction(name, body))
         centre = self.centre(body)
         total += moment(centre, self.weight(body) + self.inertia(body)) + self.couple(body)

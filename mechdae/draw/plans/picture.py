@@ -352,12 +352,12 @@ def _lines(rows: Sequence[tuple[str, tuple[str, ...]]], room: float) -> list[str
     for group, texts in rows:
         line, width = (f"{group}:   ", 6.0 * len(group)) if group else ("", 0.0)
         for k, text in enumerate(texts):
-            own = float(ink(f"${text}$", chosen)[1][0]) + 12.0
-            if k and width + own > room:
+            wide = float(ink(f"${text}$", chosen)[1][0]) + 12.0
+            if k and width + wide > room:
                 lines.append(f"{line},")
-                line, width = f"        ${text}$", 20.0 + own
+                line, width = f"        ${text}$", 20.0 + wide
             else:
-                line, width = f"{line},   ${text}$" if k else f"{line}${text}$", width + own
+                line, width = f"{line},   ${text}$" if k else f"{line}${text}$", width + wide
         lines.append(line)
     return lines
 

@@ -41,7 +41,7 @@ def choose(
         A pose that the result does not have, no direction to look from.
     """
     count, up = len(scene.status), upward_of(scene.mechanism)
-    asked = None if view is None else viewpoint(scene.mechanism, view)
+    wanted = None if view is None else viewpoint(scene.mechanism, view)
     known = scene.assembled()
     if pose is not None:
         tried = [named_pose(count, pose)]
@@ -57,10 +57,10 @@ def choose(
     middle_pose = tried[len(tried) // 2]
     moved = offsets(scene, middle_pose, sides(scene, middle_pose))
     frames = [wireframe(scene, index, moved) for index in tried]
-    chosen = asked or best_view(frames, up)
+    chosen = wanted or best_view(frames, up)
     if len(tried) == 1:
         return tried[0], chosen, moved
-    if asked is None:  # the best pose of all, from its own best direction
+    if wanted is None:  # the best pose of all, from its own best direction
         views = candidates(up)
         basis = np.array([candidate.basis for candidate in views])
         least = [float(clutter(frame, basis).min()) for frame in frames]
@@ -69,7 +69,7 @@ def choose(
         least = [float(clutter(frame, basis)[0]) for frame in frames]
     middle = np.abs(np.linspace(-1.0, 1.0, len(tried)))
     best = int(np.argmin(np.round(np.array(least) + 0.05 * middle, 6)))
-    return tried[best], asked or best_view([frames[best]], up), moved
+    return tried[best], wanted or best_view([frames[best]], up), moved
 
 
 def choose_for(

@@ -246,8 +246,8 @@ class SpatialLoads:
         turn = load.frame.removeprefix("world")
         joints = [pair for pair in self.scene.joints(self.pose.pose) if body in pair.bodies]
         for joint in joints:
-            own = self.scene.axis(joint, self.pose.pose) if joint.turns else None
-            if own is not None and float(np.linalg.norm(np.cross(own, axis))) < ALONG:
+            own_axis = self.scene.axis(joint, self.pose.pose) if joint.turns else None
+            if own_axis is not None and float(np.linalg.norm(np.cross(own_axis, axis))) < ALONG:
                 return Anchor((base_of(joint, self.pose.moved),), turn)
         return Anchor(tuple(self.scene.points(body)), turn)
 

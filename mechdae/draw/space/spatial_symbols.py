@@ -293,23 +293,23 @@ def universal(at: JointPlace, first: JointSide, second: JointSide) -> DrawnSymbo
     gid = f"joint-{at.name}-universal"
     drawn = DrawnSymbol()
     starts: list[Start] = []
-    for own, pin in ((first, at.frame[2]), (second, at.pin)):
-        anchor = Anchor(at.bases[:1], own.turn)
+    for side, pin in ((first, at.frame[2]), (second, at.pin)):
+        anchor = Anchor(at.bases[:1], side.turn)
         pins = np.array([at.center - CROSS * pin, at.center, at.center + CROSS * pin])
         for half in (pins[:2], pins[1:]):
             drawn.items.append(
                 solids.polyline(half, gid, style.INK, 1.5 * style.LINE, bridges=False)
             )
-        way = own.way(at.center)
+        way = side.way(at.center)
         way = way - pin * float(way @ pin)
         size = float(np.linalg.norm(way))
         way = way / size if size > 1e-9 else np.cross(pin, [0.0, 0.0, 1.0])
         for sign in (-1.0, 1.0):
             turn = np.linspace(0.0, np.pi / 2, 9)[:, None]
             fork = at.center + CROSS * (sign * np.cos(turn) * pin + np.sin(turn) * way)
-            drawn.items.append(solids.polyline(fork, gid, own.color, bridges=False))
+            drawn.items.append(solids.polyline(fork, gid, side.color, bridges=False))
             tip = at.center + sign * CROSS * pin
-            drawn.items.append(solids.disc(tip, pin, 2.6, gid, own.color, own.color))
+            drawn.items.append(solids.disc(tip, pin, 2.6, gid, side.color, side.color))
         for item in drawn.items:
             item.anchor = anchor if item.anchor is PAPER else item.anchor
         apex = at.center + CROSS * way

@@ -171,15 +171,15 @@ def _member(
     joint = scene.mechanism.joints[bearings(scene.mechanism, mesh)[k].joint]
     carrier = getattr(mesh, "carrier", None) or GROUND
     carries_second = joint.second_body == carrier
-    here, own = joint.second if carries_second else joint.first, mesh.second if k else mesh.first
+    here, wheel = joint.second if carries_second else joint.first, mesh.second if k else mesh.first
     axis = scene.axis(joint, pose, second=carries_second)
-    known = joint in scene.joints(pose) and own in scene.tracks
-    if axis is None or not known or not np.isfinite(scene.place(own, pose)).all():
+    known = joint in scene.joints(pose) and wheel in scene.tracks
+    if axis is None or not known or not np.isfinite(scene.place(wheel, pose)).all():
         return None
     sides = anchor(scene, joint, pose, moved)
     shaft = sides[0] if carries_second else sides[1]
     place = scene.place(here, pose)
-    return _Member(mesh.bodies[k], axis, place, scene.place(own, pose), shaft, own)
+    return _Member(mesh.bodies[k], axis, place, scene.place(wheel, pose), shaft, wheel)
 
 
 def _point(scene: SpatialScene, mesh: Joint, pose: int) -> Array | None:
@@ -279,7 +279,7 @@ def _ways(scene: SpatialScene, mesh: Joint, rack: _Member, pose: int) -> Array:
     """Return between which places along itself the rack meets the wheel, from here, (2,) [m]."""
     joint = scene.mechanism.joints[bearings(scene.mechanism, mesh)[1].joint]
     sense = 1.0 if joint.second_body == rack.body else -1.0
-    ways = [scene.along(joint, own) for own in scene.assembled()]
+    ways = [scene.along(joint, index) for index in scene.assembled()]
     here = scene.along(joint, pose)
     travel = sense * (here - np.array([way for way in ways if np.isfinite(way)] or [here]))
     return np.array([min(travel.min(), 0.0), max(travel.max(), 0.0)])
@@ -327,8 +327,8 @@ def wheel_items(
     shown = [near] if wheel.radii[0] == wheel.radii[1] else [near, 1 - near]
     circles = [(np.vstack(rims), style.LINE), *((rims[k], style.THIN) for k in shown)]
     items = [
-        wire(Facet("hull", own, True, fill="none", edge=color, width=width), gid)
-        for own, width in circles
+        wire(Facet("hull", circle, True, fill="none", edge=color, width=width), gid)
+        for circle, width in circles
     ]
     center, radius = wheel.ends[wide], wheel.radii[wide]
     end = at(center + radius * mark)

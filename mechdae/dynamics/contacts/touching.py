@@ -409,14 +409,14 @@ class Touching:
         force = -states.lam[:, k.m + self.count : k.m + k.slips]
         found: dict[str, dict[str, Floats]] = {}
         for name, unit in dict.fromkeys((c.owner, c.unit) for c in self.contacts):
-            own = [i for i, c in enumerate(self.contacts) if (c.owner, c.unit) == (name, unit)]
-            signs = np.array([self.contacts[i].sign for i in own])
-            nearest = gap[:, own].min(axis=1)
-            if self.contacts[own[0]].end == BUSH:  # of the offset, see `gaps`
+            ends = [i for i, c in enumerate(self.contacts) if (c.owner, c.unit) == (name, unit)]
+            signs = np.array([self.contacts[i].sign for i in ends])
+            nearest = gap[:, ends].min(axis=1)
+            if self.contacts[ends[0]].end == BUSH:  # of the offset, see `gaps`
                 c = self.setup.model.mechanism.values()[f"{name}.clearance"]
                 nearest = c - np.sqrt(np.maximum(c * c - 2 * c * nearest, 0.0))
             words = ("gap_angle", "contact_moment") if unit == "rad" else ("gap", "contact_force")
-            values = (nearest, force[:, own] @ signs)
+            values = (nearest, force[:, ends] @ signs)
             found[name] = found.get(name, {}) | dict(zip(words, values, strict=True))
         return found
 

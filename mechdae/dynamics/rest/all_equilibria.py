@@ -220,9 +220,9 @@ class Rests:
             if changes and max(abs(force), abs(ahead)) > 10 * SOLVED:
                 roots.append(self._root(x, step, tangent, force))
             for root in roots:
-                kept = on and self.chart.signs(root) == home
-                self._enter(root, kept, on_mode, 1e-4, downhill and kept)
-                downhill = downhill and not kept
+                same_mode = on and self.chart.signs(root) == home
+                self._enter(root, same_mode, on_mode, 1e-4, downhill and same_mode)
+                downhill = downhill and not same_mode
             on = there
             downhill = downhill and on
             way += gone

@@ -137,12 +137,12 @@ class Chart:
         m = len(slope) - len(self.coordinates)
         scaled = slope * self.setup.kernel.sizes
         if self._rows is None:
-            kept: list[int] = []
+            chosen: list[int] = []
             for i in [*range(m, len(slope)), *range(m)]:
-                trial = scaled[[*kept, i]]
-                if np.linalg.matrix_rank(trial, 1e-9) == len(kept) + 1:
-                    kept.append(i)
-            self._rows = kept
+                trial = scaled[[*chosen, i]]
+                if np.linalg.matrix_rank(trial, 1e-9) == len(chosen) + 1:
+                    chosen.append(i)
+            self._rows = chosen
         square = scaled[self._rows]
         if square.shape[0] != square.shape[1]:
             return ""

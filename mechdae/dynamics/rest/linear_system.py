@@ -177,8 +177,8 @@ class LinearSystem:
         r, setup, state = self.r, self.setup, self.state
         n, m, k, nd = r.x.numel(), r.phi.numel(), len(self.chart.names), len(self.moved)
         nu = sum(given.column is not None for given in self.inputs)
-        asked = tuple(given.name for given in self.inputs)
-        key = ("linear", r, asked, tuple(self.chart.names), outputs)
+        inputs = tuple(given.name for given in self.inputs)
+        key = ("linear", r, inputs, tuple(self.chart.names), outputs)
         names, call = setup.cache(key, lambda: self._slopes(outputs))
         at = [state.t, state.x, state.v, setup.loose, state.a, state.lam[:m], self.model.p_values]
         found = call(*at, state.t, np.zeros(3 * nd), np.zeros(nu))

@@ -308,8 +308,8 @@ class WaysFromRest(Slips):
         count = sum(bool(still[k]) for k in rest)
         if firsts and np.linalg.matrix_rank(along[firsts], RANK) < len(firsts):
             return Way(turned, len(shared), count, False, np.inf, dependent=True)
-        asked = [k for k in (rest if only is None else only) if k not in open_]
-        fits, margin = self._fits(tries, turned, asked) if asked else FREE
+        tried = [k for k in (rest if only is None else only) if k not in open_]
+        fits, margin = self._fits(tries, turned, tried) if tried else FREE
         return Way(turned, len(shared), count, fits, margin)
 
     def _rests(self, sides: Floats, unit: _Unit) -> bool:

@@ -79,15 +79,15 @@ def groups_without(
         outputs=Table(),
         sketch=Table(),
     )
-    kept = [i for i, row in enumerate(rows) if row.owner not in gone]
-    drivers = [coordinate(rest, rows[i].owner) for i in kept if rows[i].driver]
+    indices = [i for i, row in enumerate(rows) if row.owner not in gone]
+    drivers = [coordinate(rest, rows[i].owner) for i in indices if rows[i].driver]
     part = model.part(rest)
     own_rows, _ = part.driven(drivers)
     numbers, columns = body_numbers(mechanism), [model.places[key] for key in part.q_names]
     return [
         replace(
             group,
-            rows=tuple(kept[i] for i in group.rows),
+            rows=tuple(indices[i] for i in group.rows),
             columns=tuple(columns[j] for j in group.columns),
             numbers=tuple(numbers[name] for name in group.bodies),
         )

@@ -201,17 +201,17 @@ class _Cutter:
 
         Such a place follows from them: its joint is redundant for them, and no group of its own.
         """
-        kept: list[set[str]] = []
+        distinct: list[set[str]] = []
         for one in sets:
             if one and not one & set(self.bodies):
                 near = {n for name in one for i in self.of_body[name] for n in self.links[i].bodies}
-                last = next((known for known in reversed(kept) if known & near), None)
+                last = next((known for known in reversed(distinct) if known & near), None)
                 if last is not None:
                     last |= one
                     continue
             if one:
-                kept.append(one)
-        return kept
+                distinct.append(one)
+        return distinct
 
     def _inside(self, bodies: set[str], known: set[str]) -> list[int]:
         """Return the equations that touch `bodies` and nothing else but `known` ones."""

@@ -196,10 +196,10 @@ def check_bars(mechanism: Mechanism) -> dict[str, IdleLink]:
         _check_bar(mechanism, link.name, link.own)
     for spin in spins(mechanism):
         for body in spin.bodies:
-            own = mechanism.bodies[body]
+            bar = mechanism.bodies[body]
             if body in spin.lines:
                 _check_bar(mechanism, body, spin.lines[body])
-            elif own.mass is not None or own.inertia is not None:
+            elif bar.mass is not None or bar.inertia is not None:
                 raise InputError(
                     f"{body} spins freely with {', '.join(spin.bodies)}, and its mass does not lie "
                     "about one line",

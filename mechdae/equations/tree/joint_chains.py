@@ -83,8 +83,8 @@ class WayProduct:
         """The same product along a shorter way: slides do not turn directions."""
         if self.start is None or self.tip is None:
             return self
-        kept = (p for p in self.way if not (isinstance(p, Freedom) and p.word == "slide"))
-        return replace(self, way=joined(tuple(kept)))
+        remaining = (p for p in self.way if not (isinstance(p, Freedom) and p.word == "slide"))
+        return replace(self, way=joined(tuple(remaining)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,9 +103,11 @@ class WayProducts:
         """Return the sum times a factor where a slide, by its symbol, is zero; `rest` is so."""
         products = []
         for product in self.products:
-            kept = (p for p in product.way if not (isinstance(p, Freedom) and p.is_slide_of(slide)))
+            remaining = (
+                p for p in product.way if not (isinstance(p, Freedom) and p.is_slide_of(slide))
+            )
             products.append(
-                replace(product, way=joined(tuple(kept)), factor=factor * product.factor)
+                replace(product, way=joined(tuple(remaining)), factor=factor * product.factor)
             )
         return WayProducts(tuple(products), factor * rest).unslid
 

@@ -143,8 +143,8 @@ class Skeleton(Model):
                 continue
             if joint.pointer:
                 gap = self.point(joint.second) - self.point(joint.first)
-                kept = structure_rows(joint, gap)
-                self.rows += [Row(name, *row) for row in kept]
+                equations = structure_rows(joint, gap)
+                self.rows += [Row(name, *row) for row in equations]
                 continue
             self.rows += [Row(name, *row[:3]) for row in rows_of(joint.kind, self._cut(name))]
 

@@ -170,13 +170,13 @@ class Solid(Space):
     def along(self, model: Any, joint: str, word: str) -> Wrench:
         """Return what a unit of force or moment along a coordinate of a joint does."""
         force, moment = self.conjugate(model, joint, word)
-        own = model.places.get((joint, word))
+        column = model.places.get((joint, word))
         lead = model._lead(joint) if word == "slide" and joint in model.tree else None
         if lead is not None:
-            own = model.places[joint, "angle"]
-        if own is None:
+            column = model.places[joint, "angle"]
+        if column is None:
             return self.between(model, joint, force, moment)
-        found: Wrench = {own: SX(1) if lead is None else lead}
+        found: Wrench = {column: SX(1) if lead is None else lead}
         ends = model.mechanism.joints[joint]
         if joint in model.tree or ends.pointer:
             plus(found, entries((joint,), -force, -moment))

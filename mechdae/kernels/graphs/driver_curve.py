@@ -137,11 +137,11 @@ class DriverCurve:
         signs = ca.sign(self.gap(s))
         ball = [(s, ds)]
         turning = self._turning(s, ds)
-        own = self.switches
+        events = self.switches
 
         def moved(expression: Sym) -> Sym:
-            function = ca.Function("f", [self.s, own], [expression])
-            switches = [(signs[k], 2 * turning[k]) for k in range(own.numel())]
+            function = ca.Function("f", [self.s, events], [expression])
+            switches = [(signs[k], 2 * turning[k]) for k in range(events.numel())]
             return radii(function, [ball, switches])
 
         away = moved(self.smooth)

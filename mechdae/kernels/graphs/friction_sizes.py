@@ -71,8 +71,8 @@ def first_sizes(laws: list[str], start: list[Sym], slope: list[list[Sym]]) -> li
     """
     m = [size_of(law, forms) for law, forms in zip(laws, start, strict=True)]
     both = zip(laws, start, _forms_at(start, slope, m), strict=True)
-    kept = [ca.dot(one, other) >= 0 for law, one, other in both if law not in ACROSS]
-    return [size * ca.if_else(ca.logic_all(ca.vertcat(*kept)), 1, 0) for size in m]
+    remaining = [ca.dot(one, other) >= 0 for law, one, other in both if law not in ACROSS]
+    return [size * ca.if_else(ca.logic_all(ca.vertcat(*remaining)), 1, 0) for size in m]
 
 
 def sizes_by_newton(
@@ -104,9 +104,9 @@ def miss_of(laws: list[str], start: list[Sym], slope: list[list[Sym]], m: list[S
     """Return how far sizes are from their laws, relative to the largest of them."""
     forms = _forms_at(start, slope, m)
     worst, size = SX(0), SX(0)
-    for law, form, own in zip(laws, forms, m, strict=True):
-        worst = ca.fmax(worst, ca.fabs(own - size_of(law, form)))
-        size = ca.fmax(size, ca.fabs(own))
+    for law, form, moment in zip(laws, forms, m, strict=True):
+        worst = ca.fmax(worst, ca.fabs(moment - size_of(law, form)))
+        size = ca.fmax(size, ca.fabs(moment))
     return worst / ca.fmax(size, 1e-300)
 
 

@@ -25,6 +25,7 @@ from mechdae.motion.assembly.other_forms import Solutions
 from mechdae.motion.assembly.sketch_as_pose import own_pose
 from mechdae.motion.assembly.turns.block_turns import put
 from mechdae.numerics.null_space import dependent
+from mechdae.records import dataclass
 from mechdae.types import Floats, Json, Unknowns
 
 if TYPE_CHECKING:
@@ -332,6 +333,7 @@ class GroupSearch:
         return sum(run.singular for runs in self.counted.values() for run in runs)
 
 
+@dataclass(eq=False)
 class OtherPoses:
     """The poses of one group beyond those that elimination proves.
 
@@ -343,22 +345,18 @@ class OtherPoses:
         Why there is no pose, as it is known last.
     """
 
-    def __init__(
-        self, search: GroupSearch, group: Group, x: Floats, u: Floats, nearby: bool, searched: bool,
-        measured: bool, drawn: bool,
-    ) -> None:  # fmt: skip
-        self.search: GroupSearch = search
-        self.group: Group = group
-        self.x: Floats = x
-        self.u: Floats = u
-        self.nearby: bool = nearby
-        self.searched: bool = searched
-        self.measured: bool = measured
-        self.drawn: bool = drawn
-        self.answer: tuple[list[Floats], bool, NoPose | None] | None = None
-        self.failure: NoPose | None = None
-        self.proven: bool = True
-        self._of_whole: list[Floats] | None = None
+    search: GroupSearch
+    group: Group
+    x: Floats
+    u: Floats
+    nearby: bool
+    searched: bool
+    measured: bool
+    drawn: bool
+    answer: tuple[list[Floats], bool, NoPose | None] | None = None
+    failure: NoPose | None = None
+    proven: bool = True
+    _of_whole: list[Floats] | None = None
 
     def poses(self, b: int, start: Floats, result: Solutions | None, proven: bool) -> list[Floats]:
         """Return the poses after block `b`, from one of the blocks before it.

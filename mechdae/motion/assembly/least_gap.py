@@ -102,9 +102,9 @@ def reach(mechanism: Mechanism, group: Group, place: Callable[[str], Any]) -> st
 def _called(mechanism: Mechanism, points: list[str]) -> str:
     """Return what the length between two points of a link is called."""
     body = points[0].split(".")[0]
-    own = mechanism.bodies[body].points
-    first, second = (name for name in own if f"{body}.{name}" in points)
-    numbers = [*own[first], *own[second]]
+    named = mechanism.bodies[body].points
+    first, second = (name for name in named if f"{body}.{name}" in points)
+    numbers = [*named[first], *named[second]]
     nonzero = [number for number in numbers if number != 0]
     if len(nonzero) == 1 and nonzero[0] in mechanism.parameters:
         return str(nonzero[0])

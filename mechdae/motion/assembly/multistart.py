@@ -119,19 +119,19 @@ class BlockSearch:
         `crowd` solutions.
         """
         self._shared = (z, u, self.solver.p)
-        kept, hits = np.zeros((0, self.n)), np.zeros(0, int)
+        distinct, hits = np.zeros((0, self.n)), np.zeros(0, int)
         done, goal = 0, min(FIRST, most)
         while True:
             starts = self._starts(done, goal)
             if done == 0:
                 starts[:NEAR] = self._near(hint, starts[:NEAR])
             reached = self._newton(self._with_lengths(starts))
-            known = len(kept)
-            kept, hits = self._merge(kept, hits, reached)
-            settled = done and len(kept) == known and np.all(hits >= HITS)
+            known = len(distinct)
+            distinct, hits = self._merge(distinct, hits, reached)
+            settled = done and len(distinct) == known and np.all(hits >= HITS)
             done, goal = goal, 2 * goal
-            if settled or goal > most or len(kept) > crowd:
-                return BlockSolutions(kept, hits, done)
+            if settled or goal > most or len(distinct) > crowd:
+                return BlockSolutions(distinct, hits, done)
 
     def _cube(self, first: int, last: int) -> Floats:
         """Return points `first` to `last` of the sequence in a cube of edge 1 around 0."""

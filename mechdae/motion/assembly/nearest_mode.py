@@ -294,18 +294,18 @@ class Sketched:
             least = min(whole)
             by_turns = sorted(zip(whole, range(len(near)), strict=True))
             near = [near[k] for far, k in by_turns if not told_apart(far**2, least**2)]
-        kept = [mode.x for mode in near]
+        poses = [mode.x for mode in near]
         turned: list[str] = []
-        if len(kept) > 1:
-            kept, turned = self.undecided.meant(part, kept, u)
-        chosen = next(mode for mode in near if mode.x is kept[0])
+        if len(poses) > 1:
+            poses, turned = self.undecided.meant(part, poses, u)
+        chosen = next(mode for mode in near if mode.x is poses[0])
         result.x, result.ended = chosen.x, result.ended or chosen.ended
         result.turned += [*chosen.turned, *turned]
         result.doubtful += chosen.doubtful
         result.tied += chosen.tied
-        if len(kept) > 1:
-            result.doubtful.append(self.undecided.first_to_differ(part, kept))
-            result.tied.append((part, kept))
+        if len(poses) > 1:
+            result.doubtful.append(self.undecided.first_to_differ(part, poses))
+            result.tied.append((part, poses))
 
     def _square(self, stage: int, x: Unknowns, u: Floats) -> float:
         sketch = self._at_stage.get(stage)

@@ -117,11 +117,11 @@ class PositiveSenses:
 def _positive(search: BlockSearch, senses: Chooser, b: int) -> PositiveSenses | None:
     """Return the senses that a block tells of, None where it tells of none."""
     graph, scene = search.solver.graph, search.solver.scene
-    told = [scene.expression(value) for value in senses.positive(b)]
-    if not told:
+    positive = [scene.expression(value) for value in senses.positive(b)]
+    if not positive:
         return None
     given = [graph.z, scene.u, scene.model.p]
-    found = _bounded(ca.vertcat(*told), graph.x, given, np.full(search.n, FURTHEST))
+    found = _bounded(ca.vertcat(*positive), graph.x, given, np.full(search.n, FURTHEST))
     return None if found is None else PositiveSenses(*found)
 
 

@@ -224,11 +224,11 @@ class _Platform:
         kappa = LIPSCHITZ * (1 + np.abs(P))
         certain = beta * kappa * beta * 16 * self.grain * (1 + np.abs(P)) <= CERTAIN
         radius = np.where(certain, np.minimum(1 / (2 * beta * kappa), 1e-4), 1e-6)
-        kept: list[int] = []
+        chosen: list[int] = []
         for k in np.argsort(~certain, kind="stable"):
-            if all(abs(P[k] - P[j]) + abs(w[k] - w[j]) > radius[j] for j in kept):
-                kept.append(int(k))
-        P, w, certain = P[kept], w[kept], certain[kept]
+            if all(abs(P[k] - P[j]) + abs(w[k] - w[j]) > radius[j] for j in chosen):
+                chosen.append(int(k))
+        P, w, certain = P[chosen], w[chosen], certain[chosen]
         a = self.linear(w)[0]
         S = np.linalg.svd(np.stack([a.real, a.imag], axis=-1), compute_uv=False)
         # linear equations that hold for a whole circle of places, or a whole line

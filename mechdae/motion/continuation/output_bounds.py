@@ -171,12 +171,12 @@ def _largest(rows: list[Row]) -> list[Row]:
     if not 1 < len(rows) <= FEW:
         return rows
     tables = [dict(zip(*row, strict=True)) for row in rows]
-    kept: list[int] = []
+    chosen: list[int] = []
     for i, bounds in enumerate(tables):
-        others = [tables[k] for k in range(len(rows)) if k in kept or k > i]
+        others = [tables[k] for k in range(len(rows)) if k in chosen or k > i]
         if not any(all(v <= table.get(j, -1.0) for j, v in bounds.items()) for table in others):
-            kept.append(i)
-    return [rows[i] for i in kept]
+            chosen.append(i)
+    return [rows[i] for i in chosen]
 
 
 def _worst(

@@ -116,12 +116,12 @@ class NearNumbers:
             return False
         if any(name.split(".")[1] in ("mass", "inertia") for name, _ in self._expressed):
             return False
-        asked: list[Any] = [*mechanism.sketch.values()]
+        numbers: list[Any] = [*mechanism.sketch.values()]
         for driver in task.all_drivers:
-            asked += [driver.from_, driver.to, *(driver.at or ())]
-            asked += [driver.speed, driver.acceleration, driver.jerk]
+            numbers += [driver.from_, driver.to, *(driver.at or ())]
+            numbers += [driver.speed, driver.acceleration, driver.jerk]
         return not any(
-            isinstance(number, str) and names_in(number) & self._changed for number in asked
+            isinstance(number, str) and names_in(number) & self._changed for number in numbers
         )
 
     def __call__(self, numbers: Mapping[str, Number]) -> Any:

@@ -129,7 +129,7 @@ class Shapes(Generic[T]):
         self._latest = shape
         self._last[key] = shape
         self._last.move_to_end(key)
-        sizes = [self.size_of(kept) for kept in self._last.values()]
+        sizes = [self.size_of(values) for values in self._last.values()]
         count = len(sizes)
         while count > self.most or (count > 1 and sum(sizes[-count:]) > self.most_bytes):
             self._last.popitem(last=False)
@@ -419,16 +419,16 @@ def covered(
     graphs = graphs or setting.graphs
     size_u = np.max(np.abs(np.asarray(span, float)), axis=0) + margin
     size_x = None
-    kept = divisors(graphs, start[0][None, :], np.atleast_2d(start[1])) / 2
+    room = divisors(graphs, start[0][None, :], np.atleast_2d(start[1])) / 2
     for _ in range(GROWTHS):
-        numbers = Constants(graphs, size_u, size_x, kept)
+        numbers = Constants(graphs, size_u, size_x, room)
         path, values = follow(numbers)
         found_x, found_u = path.sizes()
-        found = divisors(graphs, *path.on_curves()[1:]) if graphs.contacts else kept
+        found = divisors(graphs, *path.on_curves()[1:]) if graphs.contacts else room
         safe = not numbers.measured or np.all(numbers.floors[: len(found)] <= SAFE * found)
         if safe and np.all(found_x <= numbers.size_x) and np.all(found_u <= size_u):
             return path, values
-        kept = np.minimum(kept, found)
+        room = np.minimum(room, found)
         size_u = np.maximum(size_u, 1.5 * found_u)
         size_x = np.maximum(numbers.size_x, 1.5 * found_x)
     raise SolveError("an unknown grows without bound along the path")

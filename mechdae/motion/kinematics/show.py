@@ -46,8 +46,8 @@ def driven_structure(
         numbers = plan(problem.mechanism, task)
         if model is None:
             model = model_of(problem.mechanism, numbers.coordinates)
-        kept = None if loaded is None else list(loaded)
-        the_scene = scene(model, numbers.coordinates, task.outputs, loaded=kept)
+        names = None if loaded is None else list(loaded)
+        the_scene = scene(model, numbers.coordinates, task.outputs, loaded=names)
         entry |= parts(the_scene) if parts is not None else {}
     except MechdaeError as error:
         return {"kind": task.kind, "available": True, "error": str(error)}

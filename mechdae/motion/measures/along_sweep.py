@@ -35,8 +35,8 @@ TURNED = "turn of "
 
 def requests(scene: Scene, task: Sweep, by_value: bool) -> list[Request]:
     """Return what the measures of a task need evaluated beside what is reported."""
-    asked = task.measures or ()
-    along = [name for name in asked if name in BY_DRIVER]
+    measures = task.measures or ()
+    along = [name for name in measures if name in BY_DRIVER]
     if along and not by_value:
         raise UnavailableError(
             f"'{along[0]}' needs a single driver that moves, by at, from and to, or range",
@@ -44,13 +44,13 @@ def requests(scene: Scene, task: Sweep, by_value: bool) -> list[Request]:
             hint="leave it out",
         )
     found = []
-    if "transmission" in asked:
+    if "transmission" in measures:
         found += _transmission(scene).requests(scene)
-    if {"axodes", "screw-axes"} & set(asked):
+    if {"axodes", "screw-axes"} & set(measures):
         found += screws.requests(scene)
-    if "centrodes" in asked or "instant-centres" in asked:
-        found += centres.requests(scene, "instant-centres" in asked)
-    if set(asked) - OF_POSES and by_value:
+    if "centrodes" in measures or "instant-centres" in measures:
+        found += centres.requests(scene, "instant-centres" in measures)
+    if set(measures) - OF_POSES and by_value:
         found += _turning(scene)
     return found
 
@@ -123,35 +123,35 @@ def along_path(
     moving: int,
 ) -> None:
     """Add the measures of the whole sweep of the driver that moves to `found`."""
-    asked = task.measures or ()
+    measures = task.measures or ()
     scene = outputs.scene
     mechanism = scene.model.mechanism
     turns = outputs.columns(name for name, _, _ in _turning(scene))
     driver = scene.drivers[moving]
     track = Track(evaluator, path, values, driver.is_angle, mechanism.scale, turns)
     summary = found.summary
-    if "curve" in asked:
+    if "curve" in measures:
         facts, cusps = curve.curves(track, outputs)
         summary |= {"curve": facts} if facts else {}
         found.events += cusps
     if track.high == track.low:
-        alone = [name for name in asked if name in (*ALONG, "transmission")]
+        alone = [name for name in measures if name in (*ALONG, "transmission")]
         if alone:
             text = f"{', '.join(alone)}: over a single value of the driver there is no range"
             found.notes.append(text)
         return
-    if "transmission" in asked:
+    if "transmission" in measures:
         summary["transmission"] = _transmission(scene).summary(track, outputs)
-    if "centrodes" in asked:
+    if "centrodes" in measures:
         summary["centrodes"] = centres.at_infinity(track, outputs, turns)
     wanted = quantities(outputs)
-    followed = courses(track, wanted) if set(asked) & set(ALONG) else {}
-    if "extremes" in asked:
+    followed = courses(track, wanted) if set(measures) & set(ALONG) else {}
+    if "extremes" in measures:
         summary["extremes"] = extremes(track, followed)
         found.events += _once(stationary_events(followed))
-    if "time-ratio" in asked:
+    if "time-ratio" in measures:
         summary |= time_ratios(track, [q for q in wanted if q.name != driver.text])
-    if "dwell" in asked:
+    if "dwell" in measures:
         share = evaluate(task.dwell_tolerance, mechanism.parameter_values)
         if not 0 < share < 0.5:
             raise InputError(
@@ -160,7 +160,7 @@ def along_path(
                 hint="0.01 is a band of 2 % of it",
             )
         summary["dwell"] = dwells(track, followed, share)
-    if "envelope" in asked:
+    if "envelope" in measures:
         summary["envelope"] = envelope(followed)
     if track.lost:
         found.notes.append(f"measures: {track.lost} places of the path were not certified")

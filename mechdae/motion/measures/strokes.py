@@ -73,9 +73,9 @@ def _ratio(track: Track, quantity: ReportedScalar) -> float | str | None:
 
 def _distinct(places: list[float], start: float) -> Floats:
     """Return places of one turn from `start`, each once."""
-    kept: list[float] = []
+    distinct: list[float] = []
     for s in places:
-        gaps = [(s - other + TURN / 2) % TURN - TURN / 2 for other in kept]
+        gaps = [(s - other + TURN / 2) % TURN - TURN / 2 for other in distinct]
         if all(abs(gap) > SAME for gap in gaps):
-            kept.append(float(s))
-    return np.array(sorted(start + (s - start) % TURN for s in kept))
+            distinct.append(float(s))
+    return np.array(sorted(start + (s - start) % TURN for s in distinct))

@@ -239,8 +239,13 @@ class Track:
 
         _, columns, a, b, rising = brackets(poses.s, f, df, value)
         if moving is not None:
-            kept = np.asarray(moving)[columns]
-            columns, a, b, rising = columns[kept], a[kept], b[kept], rising[kept]
+            remaining = np.asarray(moving)[columns]
+            columns, a, b, rising = (
+                columns[remaining],
+                a[remaining],
+                b[remaining],
+                rising[remaining],
+            )
         places = self.refine(family, columns, a, b, rising)
         return [np.sort(places[(columns == k) & np.isfinite(places)]) for k in range(f.shape[1])]
 

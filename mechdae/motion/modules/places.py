@@ -179,9 +179,9 @@ def candidates(vectors: list[Vector3], d: Floats, wide: bool = False) -> list[Ma
         return _lines(lines, d)
     if len(lines) == 2:
         normal = np.cross(lines[0], lines[1])
-        (own,) = circles
-        t = _roots(lambda t: _dot(d[:, None, :] - own.at(t), normal[:, None, :]), d, 1)
-        third = own.at(t)
+        (single,) = circles
+        t = _roots(lambda t: _dot(d[:, None, :] - single.at(t), normal[:, None, :]), d, 1)
+        third = single.at(t)
         rest = d[:, None, :] - third
         return [*_split(lines, rest), third]
     if lines:

@@ -245,10 +245,10 @@ def _distinct(
     count = good.sum(axis=1)
     order = np.argsort(np.where(good, -determinant, np.inf), axis=1, kind="stable")
     order = order[:, : max(int(count.max(initial=0)), 1)]
-    kept = np.take_along_axis(good, order, axis=1)
+    remaining = np.take_along_axis(good, order, axis=1)
 
     def taken(array: Floats) -> Floats:
-        return np.where(kept, np.take_along_axis(array, order, axis=1), np.nan)
+        return np.where(remaining, np.take_along_axis(array, order, axis=1), np.nan)
 
     unknowns = {
         f"{word}{position}": taken(np.broadcast_to(value, gap.shape))

@@ -198,12 +198,12 @@ def _pose_count(task: Driven, drivers: Sequence[Driver]) -> int:
         for listed in (driver.at, driver.times)
         if listed is not None
     }
-    asked = task.poses if isinstance(task, Sweep) else None
+    poses = task.poses if isinstance(task, Sweep) else None
     if len(counts) > 1:
         raise InputError(f"drivers name different numbers of poses: {sorted(counts)}")
     if counts:
         return counts.pop()
-    count = asked if asked is not None else DEFAULT_POSES
+    count = poses if poses is not None else DEFAULT_POSES
     if count > MAX_POSES:
         raise InputError(f"{count} poses, at most {MAX_POSES} are computed at once")
     return count

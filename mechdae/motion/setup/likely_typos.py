@@ -102,10 +102,10 @@ def odd_lengths(mechanism: Mechanism) -> list[str]:
     if long or not sizes:
         return notes
     largest = max(size for size, _ in sizes)
-    for size, told in sizes if len(sizes) >= LEAST else ():
+    for size, key in sizes if len(sizes) >= LEAST else ():
         if size < SMALL * largest:
             notes.append(
-                f"{told()}, {largest / size:.0f} times less than the largest length: is that in "
+                f"{key()}, {largest / size:.0f} times less than the largest length: is that in "
                 "millimetres? (points, length, NAME without a suffix are in metres)"
             )
     for name, _ in mechanism.numbers():

@@ -115,9 +115,9 @@ class Outputs:
             for name in group.joints if not group.superfluous else ():
                 joint = scene.model.mechanism.joints[name]
                 if joint.coincide and {joint.first, joint.second} <= place.keys():
-                    kept, other = sorted((place[joint.first], place[joint.second]), key=rank)
-                    result[other] = result[kept]
-                    for i, k in zip(other, kept, strict=True):
+                    remaining, other = sorted((place[joint.first], place[joint.second]), key=rank)
+                    result[other] = result[remaining]
+                    for i, k in zip(other, remaining, strict=True):
                         self._reaches[i] = self._reaches[k]
         return result
 

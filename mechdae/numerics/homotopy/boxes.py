@@ -84,16 +84,16 @@ def _enclosed(equations: BoundedEquations, p: Complexes, z: Complexes, symmetric
 
 def _refined(equations: BoundedEquations, p: Complexes, z: Complexes) -> Complexes:
     """Return solutions after Newton steps, as long as these help."""
-    best, kept = np.full(len(z), np.inf), z
+    best, nearest = np.full(len(z), np.inf), z
     for _ in range(STEPS):
         F, J, _ = equations.residual(p, z)
         step = _times(_inverse(J), F)
         size = np.abs(step / (1 + np.abs(z))).max(axis=1)
         better = size < best
-        kept = np.where(better[:, None], z, kept)
+        nearest = np.where(better[:, None], z, nearest)
         best = np.where(better, size, best)
         z = z - step
-    return kept
+    return nearest
 
 
 def _boxes(

@@ -80,14 +80,14 @@ def there(x: Complexes) -> Complexes:
 def united(family: Family, known: Complexes, more: Complexes) -> Complexes:
     """Return known solutions and the new ones among others, each once."""
     every = np.concatenate([known, more])
-    kept = list(range(len(known)))
+    remaining = list(range(len(known)))
     keys = family.key(every)
     bounded = keys / (1 + np.abs(keys))
     for row in range(len(known), len(every)):
-        gaps = np.abs(bounded[kept] - bounded[row]).max(axis=1)
-        if not kept or not gaps.min() <= SAME:
-            kept.append(row)
-    return every[kept]
+        gaps = np.abs(bounded[remaining] - bounded[row]).max(axis=1)
+        if not remaining or not gaps.min() <= SAME:
+            remaining.append(row)
+    return every[remaining]
 
 
 def round_trip(family: Family, p: Complexes, x: Complexes, generator: Generator) -> Complexes:

@@ -296,9 +296,9 @@ def read(linkage: PinLinkage, data: Any) -> Instance | None:
     head = 2 * (e + k)
     if data.ndim != 1 or len(data) <= head or (len(data) - head) % n:
         return None
-    own = np.asarray(data, complex)
-    numbers = ComplexDimensions(*np.split(own[:head], [e, e + k, 2 * e + k]))
-    x = own[head:].reshape(-1, n)
+    known = np.asarray(data, complex)
+    numbers = ComplexDimensions(*np.split(known[:head], [e, e + k, 2 * e + k]))
+    x = known[head:].reshape(-1, n)
     system, start = linkage.system([numbers]), np.zeros(len(x))
     with np.errstate(all="ignore"):
         for _ in range(NEWTON):

@@ -151,8 +151,8 @@ def _ended(system: System, x: Complexes, followed: Booleans) -> PathEnds:
 
 def distinct(x: Complexes, same: float) -> Integers:
     """Return the indices of rows that are no copies of earlier ones, by their largest entry."""
-    kept: list[int] = []
+    chosen: list[int] = []
     for row in range(len(x)):
-        if not kept or np.abs(x[kept] - x[row]).max(axis=1).min() > same:
-            kept.append(row)
-    return np.array(kept, int)
+        if not chosen or np.abs(x[chosen] - x[row]).max(axis=1).min() > same:
+            chosen.append(row)
+    return np.array(chosen, int)

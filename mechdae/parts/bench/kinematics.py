@@ -239,11 +239,11 @@ def interleaved(ours: Way, theirs: Way, repeats: int) -> tuple[float, float]:
     """Return median processor seconds of two functions called in turn, each once before."""
     times: tuple[list[float], list[float]] = ([], [])
     for k in range(repeats + 1):
-        for function, kept in zip((ours, theirs), times, strict=True):
+        for function, seconds in zip((ours, theirs), times, strict=True):
             start = time.process_time()
             function()
             if k:
-                kept.append(time.process_time() - start)
+                seconds.append(time.process_time() - start)
     return median(times[0]), median(times[1])
 
 

@@ -185,16 +185,18 @@ def numbers_that_move(setting: Setting, forces: set[int]) -> list[str]:
     # what gears turn by belongs to the structure: teeth are whole numbers
     wheels = [name for name, joint in mechanism.joints.items() if joint.wheels == 2]
     ratios = [model.numbers[f"{name}.ratio"] for name in wheels if f"{name}.ratio" in model.numbers]
-    kept = set(ca.jacobian(ca.vertcat(ca.SX(0, 1), *ratios), model.p).sparsity().get_triplet()[1])
+    remaining = set(
+        ca.jacobian(ca.vertcat(ca.SX(0, 1), *ratios), model.p).sparsity().get_triplet()[1]
+    )
     moved, whole_numbers = set(), set()
     for i, j in zip(*pattern.get_triplet(), strict=True):
-        if i in kept:
+        if i in remaining:
             whole_numbers.add(known[j])
         if model.p_names[i] in used:
             moved.add(known[j])
     chosen = [name for name in known if name in moved - whole_numbers]
     if not mechanism.parameters:
-        chosen = [n for k, n in enumerate(model.p_names) if n in used and k not in kept]
+        chosen = [n for k, n in enumerate(model.p_names) if n in used and k not in remaining]
     return chosen
 
 

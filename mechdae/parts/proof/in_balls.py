@@ -292,10 +292,12 @@ class PoseSearch:
     def _start(self, found: list[list[Any]]) -> list[Any]:
         """Return a random complex place to begin from."""
         rng = self.rng
-        kept = {body for group in self.groups[: rng.randrange(len(self.groups))] for body in group}
+        bodies = {
+            body for group in self.groups[: rng.randrange(len(self.groups))] for body in group
+        }
         base, z = rng.choice(found) if found else None, []
         for k, (owner, _) in enumerate(self.m.names):
-            if base is not None and owner in kept:
+            if base is not None and owner in bodies:
                 z.append(base[k])
             elif self.m.scale[k] == self.m.size:
                 z.append(acb(rng.gauss(0, self.m.size), rng.gauss(0, self.m.size)))

@@ -60,15 +60,15 @@ def steps_of(first: float, last: float, crossings: list[float]) -> Json:
     near = [s for s in crossings if first - NEAR <= s <= last + NEAR]
     low = min([first, *(s - NEAR for s in near)])
     high = max([last, *(s + NEAR for s in near)])
-    kept = sorted(
+    remaining = sorted(
         s for s in places if low <= s <= high and not any(abs(s - c) < NEAR / 2 for c in near)
     )
     found = list[dict[str, Any]]()
-    for s, to in pairwise(kept):
+    for s, to in pairwise(remaining):
         found.append({"from": str(Fraction(s)), "to": str(Fraction(to))})
         if any(s < c < to for c in near):
             found[-1]["change_point"] = True
-    return {"at": str(Fraction(kept[0])), "to": str(Fraction(kept[-1])), "steps": found}
+    return {"at": str(Fraction(remaining[0])), "to": str(Fraction(remaining[-1])), "steps": found}
 
 
 def _refused(why: str) -> UnavailableError:

@@ -74,9 +74,9 @@ def _ranked(
         columns.append(("class", [str(design.get("class") or "-") for design in designs]))
     angles = [design.get("transmission_angle_min") for design in designs]
     if any(angle is not None for angle in angles):
-        own = units.read("rad")
-        shown = ["-" if angle is None else f"{angle * own.factor:.4f}" for angle in angles]
-        columns.append((f"least transmission [{own.name}]", shown))
+        turned = units.read("rad")
+        shown = ["-" if angle is None else f"{angle * turned.factor:.4f}" for angle in angles]
+        columns.append((f"least transmission [{turned.name}]", shown))
     worst = [float(np.abs(e).max()) if (e := design.get("errors")) else None for design in designs]
     if any(value is not None for value in worst):
         scale = units.of(own_units.get("errors", ""))
@@ -140,8 +140,8 @@ def _exact(facts: Mapping[str, Any], width: int) -> list[str]:
 def _census(result: Result, width: int) -> list[str]:
     """Return how many starts led where, and why optima were rejected."""
     summary = result.summary
-    asked = summary.get("asked", summary["starts"])
-    few = f" of the {asked} asked for: no more that differ" if summary["starts"] < asked else ""
+    starts = summary.get("asked", summary["starts"])
+    few = f" of the {starts} asked for: no more that differ" if summary["starts"] < starts else ""
     words = [
         f"{summary['starts']} starts{few}", f"{summary['converged']} met all constraints",
         f"{summary['distinct']} distinct",

@@ -55,8 +55,8 @@ def measured_facts(result: Result, unit: str, noise: dict[str, float]) -> list[s
     if summary.get("envelope"):
         shown = units.of("m")
         ends = (zero(value, noise["length"]) for value in summary["envelope"]["all"])
-        told = [f"{value * shown.factor:.9g}" for value in ends]
-        sides = zip("xyz", told[::2], told[1::2], strict=False)
+        values = [f"{value * shown.factor:.9g}" for value in ends]
+        sides = zip("xyz", values[::2], values[1::2], strict=False)
         box = ", ".join(f"{axis} {low} .. {high} {shown.name}" for axis, low, high in sides)
         lines.append(f"  envelope  {box}")
     for name, found in summary.get("curve", {}).items():

@@ -42,22 +42,22 @@ def pose_text(result: Result, width: int) -> list[str]:
                     continue
                 noise = moving.noise(kind, part, name)
                 value = np.where(np.abs(array[0]) <= noise, 0.0, array[0])
-                own = result.units.of(units.get((part, name), ""))
-                shown = value * own.factor
-                room = width - 42 - len(own.name) - len(part[18:] + name[20:])
+                scale = result.units.of(units.get((part, name), ""))
+                shown = value * scale.factor
+                room = width - 42 - len(scale.name) - len(part[18:] + name[20:])
                 text = f"{shown: .15g}" if not np.ndim(value) else _vector(shown, room)
                 if "nan" in text:
                     text = " -"
                 turns = name in TURNS or name == "position"
-                known = turns and own.name == "rad" and np.isfinite(value)
+                known = turns and scale.name == "rad" and np.isfinite(value)
                 degrees = f"   {value * DEGREES.factor:.9g} deg" if known else ""
-                lines.append(f"  {part:18} {name:20} {text} {own.name}{degrees}")
+                lines.append(f"  {part:18} {name:20} {text} {scale.name}{degrees}")
     lines += single_forces(result)
     lines.append(f"  {'status':39} {result.status[0]}")
     for name, array in result.bound.items():
         if np.isfinite(array[0]):
             si = "m" if name == "length" else "rad"
-            own = result.units.of(si)
-            unit = f" {own.name}" if own.name != si else ""
-            lines.append(f"  bound {name:33} {array[0] * own.factor:.2g}{unit}")
+            scale = result.units.of(si)
+            unit = f" {scale.name}" if scale.name != si else ""
+            lines.append(f"  bound {name:33} {array[0] * scale.factor:.2g}{unit}")
     return lines

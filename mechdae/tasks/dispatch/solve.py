@@ -81,9 +81,9 @@ def check_available(problem: Problem, name: str, task: Task) -> None:
             where=f"tasks.{name}.kind",
             hint=f"available: {', '.join(kind for kind in TASKS if TASKS[kind].in_space)}",
         )
-    asked = getattr(task, "measures", None) or ()
+    measures = getattr(task, "measures", None) or ()
     missing = OTHER_MEASURES[problem.mechanism.dimension]
-    other = [word for word in asked if word in missing]
+    other = [word for word in measures if word in missing]
     if other:
         here, there = ("in space", "the plane")
         if problem.mechanism.dimension == 2:

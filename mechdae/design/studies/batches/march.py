@@ -163,9 +163,9 @@ class _OneWay:
         self.ends, self.grid = ends.of(sense), grid
         self.reach = trace.high if sense > 0 else trace.low
         self.extent = trace.last if sense > 0 else trace.first
-        kept = ~trace.left[lanes]
-        lanes = lanes[kept]
-        self.lanes, self.s, self.final = lanes, self.extent[lanes].copy(), goal[kept]
+        remaining = ~trace.left[lanes]
+        lanes = lanes[remaining]
+        self.lanes, self.s, self.final = lanes, self.extent[lanes].copy(), goal[remaining]
         self.goal, self.largest = self.final.copy(), march.largest[lanes]
         self.step, self.look = self.largest.copy(), SHRUNK * self.largest
         self.taken = np.zeros(len(lanes), int)
@@ -322,10 +322,10 @@ class _OneWay:
         gone = (self.s == self.final) | self.trace.left[self.lanes]
         if not gone.any():
             return
-        lanes, kept = self.lanes[gone], ~gone
+        lanes, remaining = self.lanes[gone], ~gone
         self.ends[:, lanes] = self.state[:, gone]
         self.extent[lanes] = self.s[gone]
         for name in ("lanes", "s", "final", "goal", "largest", "step", "look", "taken"):
-            setattr(self, name, getattr(self, name)[kept])
+            setattr(self, name, getattr(self, name)[remaining])
         for name in ("state", "numbers", "bound", "sign", "alive", "ending"):
-            setattr(self, name, np.ascontiguousarray(getattr(self, name)[:, kept]))
+            setattr(self, name, np.ascontiguousarray(getattr(self, name)[:, remaining]))

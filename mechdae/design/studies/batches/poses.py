@@ -97,8 +97,8 @@ class LaneNodes:
         number = np.full(len(self.count), -1)
         number[rows] = np.arange(len(rows))
         lanes = number[self.lanes]
-        kept, other = lanes >= 0, copy(self)
-        other._enter(lanes[kept], self.s[kept], self.states[kept], len(rows))
+        remaining, other = lanes >= 0, copy(self)
+        other._enter(lanes[remaining], self.s[remaining], self.states[remaining], len(rows))
         return other
 
     def before(self, grid: Floats, right: bool) -> Integers:

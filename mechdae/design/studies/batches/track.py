@@ -145,8 +145,8 @@ class LaneTrack:
 
         s, lost = refined(evaluate, a, b, rising, self.unit[lane], first)
         self.good[lane[np.isfinite(lost)]] = False
-        kept = np.isfinite(s)
-        return Zeros(member[kept], lane[kept], s[kept], rising[kept])
+        remaining = np.isfinite(s)
+        return Zeros(member[remaining], lane[remaining], s[remaining], rising[remaining])
 
     # -- what moves ------------------------------------------------------------------------
 

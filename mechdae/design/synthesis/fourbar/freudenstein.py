@@ -218,8 +218,8 @@ def _screened(
     starts += np.pi * (np.stack([a, c], axis=1) < 0)
     d = np.column_stack([np.log(np.abs(np.stack([a, np.abs(b), c], axis=1))), starts])
     order = [int(i) for i in np.argsort(rank, kind="stable") if good[i]]
-    kept = _distinct(d[order], NEAR, TRIED)
-    chosen = [order[i] for i in kept]
+    distinct = _distinct(d[order], NEAR, TRIED)
+    chosen = [order[i] for i in distinct]
     return d[chosen], np.sign(side[chosen, 0]).astype(int)
 
 

@@ -158,17 +158,17 @@ def _placed(
 
 def _distant(rank: Floats, logs: Floats, branch: Integers, keep: int) -> list[int]:
     """Return the best samples that are distant from each other, `keep` at most."""
-    kept: list[int] = []
+    chosen: list[int] = []
     for n in np.argsort(rank, kind="stable"):
-        if not np.isfinite(rank[n]) or len(kept) == keep:
+        if not np.isfinite(rank[n]) or len(chosen) == keep:
             break
         near = [
-            m for m in kept
+            m for m in chosen
             if branch[m] == branch[n] and np.abs(logs[m] - logs[n]).max() < DISTANT
         ]  # fmt: skip
         if not near:
-            kept.append(int(n))
-    return kept
+            chosen.append(int(n))
+    return chosen
 
 
 def closed_loop(r: Floats, theta2: Floats, branch: Integers) -> tuple[Floats, Floats]:

@@ -335,8 +335,8 @@ class ExtremeGoal(Goal):
         nodes = self.quantity.nodes
         coarse = nodes[np.linspace(0, len(nodes) - 1, min(COARSE, len(nodes))).astype(int)]
         u = np.broadcast_to(coarse, (len(d), len(coarse)))
-        kept, x, sigma, _ = spread.moved(d, u, generator)
-        d, found = d[kept], []
+        closed, x, sigma, _ = spread.moved(d, u, generator)
+        d, found = d[closed], []
         for i in range(min(len(d), 10 * count)):
             rows = [SX(self.at_pose(x[i, k], coarse[k], d[i])) for k in range(len(coarse))]
             value = self._rough(np.array([np.array(ca.DM(r)).ravel() for r in rows]))

@@ -75,20 +75,20 @@ class Function(Goal):
     # -- the problem -------------------------------------------------------------------------
 
     def add(self, nlp: Nlp, d: Sym, sigma: Sym) -> Sym:
-        space, asked = self.space, self.asked
+        space, goal = self.space, self.asked
         count = len(self.inputs)
         sense = nlp.parameter(self.key("sense"), 1.0)
         inputs = nlp.parameter(self.key("inputs"), self.inputs)
         outputs = nlp.parameter(self.key("outputs"), self.outputs)
-        begin = self._start(nlp, "begin", asked.input_start, d)
-        end = self._start(nlp, "end", asked.output_start, d)
+        begin = self._start(nlp, "begin", goal.input_start, d)
+        end = self._start(nlp, "end", goal.output_start, d)
         worst = nlp.variable(self.key("worst"), int(self.minimax), 0.0, np.inf)
         x = space.pose_variables(nlp, self.key("x"), count)
         term = SX(0)
         rows: list[Row] = []
         for i in range(count):
             values = space.at(nlp, x[:, i], begin + inputs[i], d, sigma)
-            value = space.poses.part(values, asked.output)
+            value = space.poses.part(values, goal.output)
             error = (value - end - sense * outputs[i]) / self.size
             bound = worst
             if self.deviations is not None:
@@ -164,13 +164,13 @@ class Function(Goal):
 
     def _by_equation(self, kind: str, generator: Generator, count: int) -> list[Drawn] | None:
         """Return starts by Freudenstein's equation, None where it does not say all."""
-        space, asked = self.space, self.asked
+        space, goal = self.space, self.asked
         if not space.single_loop or space.asked.choices or kind:
             return None
         loop = space.loop
         assert loop is not None
-        c = coordinate(space.poses.mechanism, asked.output)
-        fixed = [value for value in (asked.input_start, asked.output_start)
+        c = coordinate(space.poses.mechanism, goal.output)
+        fixed = [value for value in (goal.input_start, goal.output_start)
                  if value is not None and not isinstance(value, str)]  # fmt: skip
         if fixed or not c.is_angle or loop.rocker not in self._bodies_of(c):
             return None
@@ -197,22 +197,22 @@ class Function(Goal):
 
     def _placed(self, start: FunctionStart, starts: FourBarStarts, ground: float) -> Drawn:
         """Return a start in the parameters of the mechanism, with its poses."""
-        space, asked = self.space, self.asked
+        space, goal = self.space, self.asked
         turns = start.input_start + self.inputs
         d = starts.with_lengths(start.lengths * ground)
         d, u, x, sigma = starts.placed(starts.closed(start, turns), d)
         u = u - self.inputs  # the same everywhere
-        begin = self._put(d, asked.input_start, float(u[0]))
+        begin = self._put(d, goal.input_start, float(u[0]))
         u = begin + self.inputs
         values = [np.array(space.poses.function(x[i], u[i], d)[2]).ravel() for i in range(len(u))]
-        value = np.unwrap(space.poses.part(np.array(values), asked.output)[:, 0])
+        value = np.unwrap(space.poses.part(np.array(values), goal.output)[:, 0])
         error = value - start.sense * self.outputs
-        end = self._put(d, asked.output_start, float(np.mean(error)))
+        end = self._put(d, goal.output_start, float(np.mean(error)))
         x = x + np.where(space.turns, end - float(np.mean(error)), 0.0)
         unknowns = {self.key("worst"): [start.worst / self.size]}
-        if asked.input_start is None:
+        if goal.input_start is None:
             unknowns[self.key("begin")] = [begin]
-        if asked.output_start is None:
+        if goal.output_start is None:
             unknowns[self.key("end")] = [end]
         given = {self.key("sense"): float(start.sense)}
         return Drawn(d, unknowns, given, u, x, sigma, start.worst / self.size)
@@ -233,8 +233,8 @@ class Function(Goal):
         d = spread.designs(generator, SAMPLES)
         first = self._first(d, generator)
         coarse_in, coarse_out = self._scales(COARSE)
-        kept, x, _, values = spread.moved(d, first[:, None] + coarse_in, generator)
-        d, first = d[kept], first[kept]
+        closed, x, _, values = spread.moved(d, first[:, None] + coarse_in, generator)
+        d, first = d[closed], first[closed]
         value = self.space.poses.part(values, self.asked.output)[..., 0]
         ranked, senses, ends = [], [], []
         for sense in self.senses:

@@ -188,13 +188,13 @@ class VisitsGoal(Goal):
     # -- the problem -------------------------------------------------------------------------
 
     def add(self, nlp: Nlp, d: Sym, sigma: Sym) -> Sym:
-        asked, k, space = self.asked, self.count, self.space
+        goal, k, space = self.asked, self.count, self.space
         sense = nlp.parameter(self.key("sense"), 1.0)
         targets = ca.reshape(nlp.parameter(self.key("targets"), self.targets), -1, k)
         steps = nlp.parameter(self.key("programme"), self.steps)
-        free = asked.timing in ("free", "any")
+        free = goal.timing in ("free", "any")
         wide, way = WIDE * space.way, space.way
-        start = nlp.variable(self.key("start"), int(asked.timing == "steps"), -wide, wide, way)
+        start = nlp.variable(self.key("start"), int(goal.timing == "steps"), -wide, wide, way)
         times = nlp.variable(self.key("u"), k if free else 0, -wide, wide, way)
         x = space.pose_variables(nlp, self.key("x"), k)
         worst = nlp.variable(self.key("worst"), int(self.minimax), 0.0, np.inf)
@@ -203,12 +203,12 @@ class VisitsGoal(Goal):
         for i in range(k):
             if free:
                 u.append(times[i])
-            elif asked.timing == "steps":
+            elif goal.timing == "steps":
                 u.append(start + sense * steps[i])
             else:
                 u.append(steps[i])
             values = space.at(nlp, x[:, i], u[i], d, sigma)
-            value = space.poses.part(values, asked.what)
+            value = space.poses.part(values, goal.what)
             if self.exact:
                 self.visited.met(nlp, value, targets[:, i])
                 continue
@@ -224,7 +224,7 @@ class VisitsGoal(Goal):
                     nlp.constrain("error", bound, 0.0, np.inf)
             else:
                 term += float(self.weights[i]) * ca.sumsqr(gap)
-        if asked.timing == "free":
+        if goal.timing == "free":
             gaps = [sense * (u[i + 1] - u[i]) for i in range(k - 1)]
             nlp.constrain("order", ca.vertcat(*gaps) / way, ORDER, np.inf)
             if space.turned:
@@ -360,8 +360,8 @@ class VisitsGoal(Goal):
             if not self.space.turned:
                 gaps *= self.space.way * generator.uniform(0.05, 1, (count_of, 1))
             u = first[:, None] + sense[:, None] * np.cumsum(gaps, axis=1)
-        kept, x, sigma, values = spread.moved(d, u, generator)
-        d, u, sense = d[kept], u[kept], sense[kept]
+        closed, x, sigma, values = spread.moved(d, u, generator)
+        d, u, sense = d[closed], u[closed], sense[closed]
         if not len(d):
             return
         beyond = 0.0

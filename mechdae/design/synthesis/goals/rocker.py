@@ -143,8 +143,8 @@ class RockerGoal(Goal):
         d = spread.designs(generator, SAMPLES * 4)
         d = d[spread.turning(d, kind)][:SAMPLES]
         u = np.broadcast_to(TURN * np.arange(NODES) / NODES, (len(d), NODES))
-        kept, x, sigma, values = spread.moved(d, u, generator)
-        d = d[kept]
+        closed, x, sigma, values = spread.moved(d, u, generator)
+        d = d[closed]
         if not len(d):
             return
         place = self.space.poses.part(values, self.asked.coordinate)[..., 0]

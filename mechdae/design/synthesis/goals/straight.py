@@ -136,8 +136,8 @@ class StraightGoal(Goal):
         d = similar.neutral(d)
         first = generator.uniform(0, TURN, len(d))
         u = first[:, None] + self.asked.arc * np.linspace(0, 1, COARSE)
-        kept, x, _, values = spread.moved(d, u, generator)
-        d, first, u = d[kept], first[kept], u[kept]
+        closed, x, _, values = spread.moved(d, u, generator)
+        d, first, u = d[closed], first[closed], u[closed]
         if not len(d):
             return
         places = space.poses.part(values, self.asked.point)

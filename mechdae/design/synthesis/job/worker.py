@@ -44,11 +44,11 @@ class Work:
 
 def text_of(problem: Problem, name: str, task: Synthesis) -> str:
     """Return a problem file with all that determines the starts of a task but their number."""
-    asked = repr((task.goal, task.goals, task.objectives, task.constraints))
+    goals = repr((task.goal, task.goals, task.objectives, task.constraints))
     tasks: dict[str, Task] = {
         key: other
         for key, other in problem.tasks.items()
-        if re.search(rf"""['"]{re.escape(key)}['"/]""", asked)
+        if re.search(rf"""['"]{re.escape(key)}['"/]""", goals)
     }
     return alone(problem.mechanism, {**tasks, name: replace(task, starts=None)})
 

@@ -79,9 +79,9 @@ class Deviations:
         """(x, u, d) -> deviations (na, nt) of the asked values."""
         g, (d, steps, p) = self.poses.graphs, self._symbols
         x, u = SX.sym("x", g.nx), SX.sym("u")
-        asked = self.poses.inside(x, u, p)[2]
-        moved = ca.jacobian(asked, x) @ self.of_pose(x, u, d) if g.nx else SX.zeros(asked.numel())
-        found = ca.substitute(moved + ca.jacobian(asked, steps), steps, SX.zeros(self.count))
+        limits = self.poses.inside(x, u, p)[2]
+        moved = ca.jacobian(limits, x) @ self.of_pose(x, u, d) if g.nx else SX.zeros(limits.numel())
+        found = ca.substitute(moved + ca.jacobian(limits, steps), steps, SX.zeros(self.count))
         return without_repeats("deviations", [x, u, d], [ca.densify(found)])
 
     def of(self, name: str, x: Sym, u: Sym, d: Sym) -> Sym:

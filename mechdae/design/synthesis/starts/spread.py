@@ -66,15 +66,15 @@ class Spread:
         n, k = u.shape
         x = generator.uniform(-np.pi, np.pi, (n, self.poses.nx))
         x[:, ~self.space.turns] *= self.space.natural[~self.space.turns]
-        kept, signs = np.arange(n), None
+        closed, signs = np.arange(n), None
         places: list[Floats] = []
         values: list[Floats] = []
         with np.errstate(all="ignore"):
             for i in range(k):
-                at = u[kept, i : i + 1]
+                at = u[closed, i : i + 1]
                 for _ in range(NEXT if i else FIRST):
-                    x = np.nan_to_num(self.newton(x, at, d[kept])[0], posinf=0, neginf=0)
-                _, F, branch, value = self.newton(x, at, d[kept])
+                    x = np.nan_to_num(self.newton(x, at, d[closed])[0], posinf=0, neginf=0)
+                _, F, branch, value = self.newton(x, at, d[closed])
                 sign = np.sign(branch)
                 held = np.abs(F).max(axis=1, initial=0.0) <= CLOSED
                 held &= (sign[:, self.poses.senses] > 0).all(axis=1)
@@ -83,11 +83,11 @@ class Spread:
                 places.append(x)
                 values.append(value)
                 if not held.all():
-                    kept, x, signs = kept[held], x[held], signs[held]
+                    closed, x, signs = closed[held], x[held], signs[held]
                     places = [part[held] for part in places]
                     values = [part[held] for part in values]
         assert signs is not None
-        return kept, np.stack(places, axis=1), signs, np.stack(values, axis=1)
+        return closed, np.stack(places, axis=1), signs, np.stack(values, axis=1)
 
     def followed(
         self, d: Floats, x: Unknowns, start: float, u: Floats | list[float]
@@ -173,16 +173,16 @@ class Spread:
         shares = np.where(self._wide, logs, (d[:, :n] - low) / (high - low))
         groups = [tuple(row) for row in d[:, n:]]
         most = max(1, -(-count // max(1, len(set(groups)))))
-        kept: list[int] = []
+        chosen: list[int] = []
         used: dict[Any, int] = {}
         for i in order:
-            if len(kept) == count:
+            if len(chosen) == count:
                 break
-            alike = [k for k in kept if groups[k] == groups[i]]
+            alike = [k for k in chosen if groups[k] == groups[i]]
             if used.get(groups[i], 0) >= most:
                 continue
             if alike and np.abs(shares[alike] - shares[i]).max(axis=1).min() < APART:
                 continue
-            kept.append(int(i))
+            chosen.append(int(i))
             used[groups[i]] = used.get(groups[i], 0) + 1
-        return kept
+        return chosen

@@ -37,40 +37,40 @@ TOPS, ZOOM, ROUNDS = 3, 17, 3
 
 def of_quantity(stated: Stated, claim: Claim, design: DesignFile) -> Worth:
     """Return the reduced quantity of another task, and where it misses its limits."""
-    asked = stated.asked
-    assert isinstance(asked, Asked)
-    if isinstance(design.tasks[asked.task], Motion | Equilibrium):
-        return _number(stated, asked, claim, design)
+    goal = stated.asked
+    assert isinstance(goal, Asked)
+    if isinstance(design.tasks[goal.task], Motion | Equilibrium):
+        return _number(stated, goal, claim, design)
     try:
-        found = design.solved(asked.task)
+        found = design.solved(goal.task)
     except MechdaeError as error:
-        return Worth(np.inf, np.zeros(0), [f"task {asked.task}: {error.what}"])
+        return Worth(np.inf, np.zeros(0), [f"task {goal.task}: {error.what}"])
     defects = []
     bad = [str(word) for word in found.status if str(word) not in FINE]
     if bad:
-        defects.append(f"task {asked.task}: {len(bad)} poses are {bad[0]}")
-    if not bad and (lost := np.count_nonzero(np.isnan(values_of(found, asked.path)))):
-        defects.append(f"{asked.path} has no value at {lost} poses of task {asked.task}")
+        defects.append(f"task {goal.task}: {len(bad)} poses are {bad[0]}")
+    if not bad and (lost := np.count_nonzero(np.isnan(values_of(found, goal.path)))):
+        defects.append(f"{goal.path} has no value at {lost} poses of task {goal.task}")
         return Worth(np.inf, np.zeros(0), defects)
     if stated.robust is not None:
         try:
-            value, parts = of_task(design, asked, stated.robust)
+            value, parts = of_task(design, goal, stated.robust)
         except MechdaeError as error:
-            return Worth(np.inf, np.zeros(0), [f"task {asked.task}: {error.what}"])
+            return Worth(np.inf, np.zeros(0), [f"task {goal.task}: {error.what}"])
         return Worth(value, np.zeros(0), defects, parts)
     if stated.bounds is None:
-        return Worth(_reached(design, found, asked), np.zeros(0), defects)
+        return Worth(_reached(design, found, goal), np.zeros(0), defects)
     low, high = stated.bounds
-    series = values_of(found, asked.path)
+    series = values_of(found, goal.path)
     slack = NEAR * max(float(np.max(np.abs(series))), stated.unit)
     reached = (
-        [quantity_of(found, asked)] * 2
-        if asked.reduce in ("mean", "rms")
-        else _ends(design, found, asked)
+        [quantity_of(found, goal)] * 2
+        if goal.reduce in ("mean", "rms")
+        else _ends(design, found, goal)
     )
     for value in dict.fromkeys(reached):
         if not low - slack <= value <= high + slack:
-            defects.append(f"{asked.path} is {value:.6g}, the limit is missed")
+            defects.append(f"{goal.path} is {value:.6g}, the limit is missed")
     return Worth(float(np.max(series)), np.zeros(0), defects)
 
 

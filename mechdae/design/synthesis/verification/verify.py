@@ -40,30 +40,30 @@ TIMED = 1e-9
 
 def of_visits(stated: Stated, claim: Claim, design: DesignFile) -> Worth:
     """Return the errors of visited targets, and their measure."""
-    asked = stated.asked
-    assert isinstance(asked, Visits)
-    at, count = np.asarray(claim.at, float), len(asked.targets)
+    goal = stated.asked
+    assert isinstance(goal, Visits)
+    at, count = np.asarray(claim.at, float), len(goal.targets)
     if len(at) != count:
         return Worth(np.inf, np.full(count, np.nan), [f"{len(at)} poses for {count} targets"])
-    found, defects = design.swept(at, (asked.what,))
+    found, defects = design.swept(at, (goal.what,))
     if found is None:
         return Worth(np.inf, np.full(count, np.nan), defects)
-    defects = defects + _timing(asked, at, design.turned)
-    errors, size, weights = _errors(asked, found, design), size_of(asked), np.array(asked.weights)
-    if asked.measure == "exact":
+    defects = defects + _timing(goal, at, design.turned)
+    errors, size, weights = _errors(goal, found, design), size_of(goal), np.array(goal.weights)
+    if goal.measure == "exact":
         worst = float(np.max(errors))
         if not worst <= EXACT * size:
             defects.append(f"a target is missed by {worst:.3g}")
         return Worth(worst, errors, defects)
     if stated.robust is not None:
         factor, sigmas = stated.robust.factor, stated.robust.sigmas
-        gaps, slopes = _deviated(asked, at, design, stated.robust.names)
-        if asked.measure == "minimax":
+        gaps, slopes = _deviated(goal, at, design, stated.robust.names)
+        if goal.measure == "minimax":
             value, parts = of_largest(errors, slopes * sigmas, factor)
         else:
             value, parts = of_squares(gaps, slopes * sigmas, weights, factor)
         return Worth(value, errors, defects, parts)
-    if asked.measure == "minimax":
+    if goal.measure == "minimax":
         return Worth(float(np.max(errors)), errors, defects)
     return Worth(float(np.sum(weights * errors**2)), errors, defects)
 
@@ -156,15 +156,15 @@ STROKE = 1e-7
 
 def of_line(stated: Stated, claim: Claim, design: DesignFile) -> Worth:
     """Return deviations from a line, and the largest of them by the stroke."""
-    asked = stated.asked
-    assert isinstance(asked, StraightLine)
+    goal = stated.asked
+    assert isinstance(goal, StraightLine)
     fine = np.linspace(0, 1, FINE)
     shares = np.unique([*fine, *claim.between])
-    at = float(claim.at[0]) + asked.arc * shares
-    found, defects = design.swept(at, (asked.point,))
+    at = float(claim.at[0]) + goal.arc * shares
+    found, defects = design.swept(at, (goal.point,))
     if found is None:
         return Worth(np.inf, np.full(FINE, np.nan), defects)
-    places = found.points[asked.point].position
+    places = found.points[goal.point].position
     along = places @ np.array([np.cos(claim.direction), np.sin(claim.direction)])
     normal = np.array([-np.sin(claim.direction), np.cos(claim.direction)])
     errors = places @ normal - claim.offset
@@ -172,12 +172,12 @@ def of_line(stated: Stated, claim: Claim, design: DesignFile) -> Worth:
     back = float(np.max(np.maximum.accumulate(along) - along))
     if back > BACK * stroke:
         defects.append(f"the point moves back by {back:.3g} within the stroke")
-    if asked.stroke is not None and not abs(stroke - asked.stroke) <= STROKE * asked.stroke:
-        defects.append(f"the stroke is {stroke:.6g} m, not {asked.stroke:.6g} m")
+    if goal.stroke is not None and not abs(stroke - goal.stroke) <= STROKE * goal.stroke:
+        defects.append(f"the stroke is {stroke:.6g} m, not {goal.stroke:.6g} m")
     value, parts = float(np.abs(errors).max()) / stroke, None
     if stated.robust is not None:
         task = Sweep(Driver(design.driver, at=tuple(float(u) for u in at)))
-        path = f"points/{asked.point}/position"
+        path = f"points/{goal.point}/position"
         slopes = design.slopes(task, (path,), stated.robust.names)[path][1]
         slopes = normal @ slopes * stated.robust.sigmas
         value, parts = of_largest(np.abs(errors), slopes[:, None], stated.robust.factor, stroke)
@@ -190,29 +190,29 @@ STROKE_TIMED = 1e-7
 
 def of_rocker(stated: Stated, claim: Claim, design: DesignFile) -> Worth:
     """Return how far way and times are from what is asked for."""
-    asked = stated.asked
-    assert isinstance(asked, Rocker)
+    goal = stated.asked
+    assert isinstance(goal, Rocker)
     found, defects = design.turn
     if found is None:
         return Worth(np.inf, np.full(2, np.nan), list(defects))
-    defects, part = list(defects), asked.coordinate.rpartition(".")[0]
-    table = found.summary.get("stroke" if asked.slides else "swing", {})
+    defects, part = list(defects), goal.coordinate.rpartition(".")[0]
+    table = found.summary.get("stroke" if goal.slides else "swing", {})
     way = table.get(part)
-    ends, values = design.swept(claim.at, (asked.coordinate if asked.slides else part,))
+    ends, values = design.swept(claim.at, (goal.coordinate if goal.slides else part,))
     defects += values
     if ends is None or way is None:
-        word = "the joint does not slide" if asked.slides else "the body does not swing"
+        word = "the joint does not slide" if goal.slides else "the body does not swing"
         return Worth(np.inf, np.full(2, np.nan), [*defects, word])
-    series = ends.joints[part].slide if asked.slides else ends.bodies[part].angle
+    series = ends.joints[part].slide if goal.slides else ends.bodies[part].angle
     reached = float(np.ptp(series))
-    size = max(design.problem.mechanism.scale if asked.slides else 1.0, asked.reach or 0.0)
-    wanted = way if asked.reach is None else asked.reach
+    size = max(design.problem.mechanism.scale if goal.slides else 1.0, goal.reach or 0.0)
+    wanted = way if goal.reach is None else goal.reach
     errors = np.array([way - wanted, reached - way])
     if np.abs(errors).max() > EXACT * size:
-        defects.append(missed(asked.slides, part, float(way), float(wanted), reached))
+        defects.append(missed(goal.slides, part, float(way), float(wanted), reached))
     turned = float(abs(claim.at[1] - claim.at[0]))
     ratio = turned / (TURN - turned)
-    wanted = asked.time_ratio
+    wanted = goal.time_ratio
     if wanted is not None and not abs(turned - TURN * wanted / (1 + wanted)) <= STROKE_TIMED:
         defects.append(f"the time ratio of {part} is {ratio:.6g}, not {wanted:.6g}")
     value = {"reach": float(way), "time_ratio": ratio}.get(stated.word)
@@ -243,30 +243,30 @@ def missed(slides: bool, part: str, way: float, wanted: float, reached: float) -
 
 def of_function(stated: Stated, claim: Claim, design: DesignFile) -> Worth:
     """Return the errors of the output, and their measure."""
-    asked = stated.asked
-    assert isinstance(asked, FunctionTargets)
-    minimax, even = asked.measure == "minimax", np.linspace(0, 1, FINE)
-    shares = even if asked.targets else np.unique([*even, *claim.between])
-    inputs, outputs = _wanted(asked, shares)
-    begin = _start(asked.input_start, claim.input_start, design)
-    end = _start(asked.output_start, claim.output_start, design)
-    sense = claim.sense if asked.sense == "free" else 1.0
-    found, defects = design.swept(begin + inputs, (asked.output,))
+    goal = stated.asked
+    assert isinstance(goal, FunctionTargets)
+    minimax, even = goal.measure == "minimax", np.linspace(0, 1, FINE)
+    shares = even if goal.targets else np.unique([*even, *claim.between])
+    inputs, outputs = _wanted(goal, shares)
+    begin = _start(goal.input_start, claim.input_start, design)
+    end = _start(goal.output_start, claim.output_start, design)
+    sense = claim.sense if goal.sense == "free" else 1.0
+    found, defects = design.swept(begin + inputs, (goal.output,))
     if found is None:
         return Worth(np.inf, np.full(len(inputs), np.nan), defects)
-    c = coordinate(design.problem.mechanism, asked.output)
+    c = coordinate(design.problem.mechanism, goal.output)
     errors = _series(found, c) - end - sense * outputs
     if c.is_angle and np.isfinite(errors).any():
         errors = errors - TURN * np.round(np.nanmedian(errors) / TURN)
     size = np.abs(errors)
     value, parts = float(size.max()) if minimax else float(np.mean(errors**2)), None
-    if asked.measure == "exact":
+    if goal.measure == "exact":
         value = float(size.max())
         if not value <= EXACT * (float(np.ptp(outputs)) or 1.0):
             defects = [*defects, f"a target is missed by {value:.3g}"]
     elif stated.robust is not None:
         value, parts = _robust(stated, begin + inputs, design, errors)
-    if not asked.targets:
+    if not goal.targets:
         errors = errors[np.isin(shares, even)]
     return Worth(value, errors, defects, parts)
 
@@ -297,14 +297,14 @@ def _robust(
     stated: Stated, at: Any, design: DesignFile, errors: Any
 ) -> tuple[float, dict[str, float]]:
     """Return the robust value, by the derivatives of a task of sensitivity."""
-    asked, robust = stated.asked, stated.robust
-    assert isinstance(asked, FunctionTargets)
+    goal, robust = stated.asked, stated.robust
+    assert isinstance(goal, FunctionTargets)
     assert robust is not None
-    path, columns = _path(coordinate(design.problem.mechanism, asked.output))
+    path, columns = _path(coordinate(design.problem.mechanism, goal.output))
     task = Sweep(Driver(design.driver, at=tuple(float(u) for u in at)))
     _, slopes = design.slopes(task, (path,), robust.names)[path]
     slopes = slopes[:, columns] * robust.sigmas
-    if asked.measure == "minimax":
+    if goal.measure == "minimax":
         return of_largest(np.abs(errors), slopes, robust.factor)
     weights = np.full(len(errors), 1.0 / len(errors))
     return of_squares(errors[:, None], slopes, weights, robust.factor)

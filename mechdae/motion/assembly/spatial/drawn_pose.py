@@ -102,28 +102,28 @@ def fitted_start(sketched: Sketched, b: int, x: Unknowns, u: Floats) -> Any:
     `x` has the unknowns of earlier blocks, `u` (nd,) are the drivers' values.
     """
     block = SketchedBlock(sketched, b, u)
-    own = block.unknowns
+    columns = block.unknowns
     places = {(c.part, c.word): value for c, value in block.assembler.places.items()}
-    unknowns = [sketched.scene.unknowns[i] for i in own]
+    unknowns = [sketched.scene.unknowns[i] for i in columns]
     turned = [k for k, unknown in enumerate(unknowns) if unknown.kind is UNIT]
-    known = set(range(min(own))) | set(own)
-    held = [e for e in sketched.entries if set(own) & set(e.value.held[0]) <= known]
-    held = [entry for entry in held if set(entry.value.held[0]) & set(own)]
+    known = set(range(min(columns))) | set(columns)
+    held = [e for e in sketched.entries if set(columns) & set(e.value.held[0]) <= known]
+    held = [entry for entry in held if set(entry.value.held[0]) & set(columns)]
     for rotation in ROTATIONS if turned else ROTATIONS[:1]:
         pose = x.copy()
-        for k, i in enumerate(own):
+        for k, i in enumerate(columns):
             pose[i] = places.get(unknowns[k].key, 0.0)
         for k in turned:
-            pose[own[k]] = rotation[int(unknowns[k].name[1:])] / np.linalg.norm(rotation)
+            pose[columns[k]] = rotation[int(unknowns[k].name[1:])] / np.linalg.norm(rotation)
         for _ in range(FITS):
             F, J = block.equations(pose)
-            A = np.vstack([J, block.slopes(held, range(len(own)), pose)])
+            A = np.vstack([J, block.slopes(held, range(len(columns)), pose)])
             left = np.append(F, block.gaps(held, pose))
             if not (np.isfinite(A).all() and np.isfinite(left).all()):
                 break
             step = np.linalg.lstsq(A, left)[0]
             longest = float(np.abs(step).max())
-            pose[own] -= step * block.size * min(1.0, LARGEST / max(longest, SETTLED))
+            pose[columns] -= step * block.size * min(1.0, LARGEST / max(longest, SETTLED))
             if longest < SETTLED:
                 if np.abs(left).max() <= OWN:
                     return pose

@@ -113,8 +113,8 @@ class Undecided:
         angles = wound(self.scene, self.groups)
         if not angles:
             return near
-        told = {entry.coordinate.text: entry for entry in self.sketched.entries}
-        entries = {name: told.get(name) or self._of(name) for names in angles for name in names}
+        by_name = {entry.coordinate.text: entry for entry in self.sketched.entries}
+        entries = {name: by_name.get(name) or self._of(name) for names in angles for name in names}
 
         def turned(name: str, x: Unknowns) -> float:
             entry = entries[name]
@@ -152,13 +152,13 @@ class Undecided:
         turns = [entry for entry in every if entry is not None]
         sizes = [math.hypot(*[entry.gap(x, u, p) for entry in turns]) for x in near]
         least = min(sizes)
-        kept = [x for x, size in zip(near, sizes, strict=True) if size - least < self.tie]
-        if len(kept) > 1:
+        remaining = [x for x, size in zip(near, sizes, strict=True) if size - least < self.tie]
+        if len(remaining) > 1:
             return near, []
-        return kept, [
+        return remaining, [
             entry.coordinate.part
             for entry in turns
-            if any(abs(self._moved(entry, kept[0], x, u)) > self.tie for x in near)
+            if any(abs(self._moved(entry, remaining[0], x, u)) > self.tie for x in near)
         ]
 
     # -- what would tell -------------------------------------------------------------------

@@ -164,8 +164,8 @@ def _cluster(t: Any, loads: Floats) -> tuple[float, int, float, float, float] | 
     tail = float(np.abs(series[-4:]).max())
     if largest <= LOAD or tail > max(NOISE * largest, ROUNDING):
         return None
-    kept = int(np.flatnonzero(np.abs(series) > max(1e-15 * largest, 2 * tail))[-1]) + 1
-    zeros = np.polynomial.chebyshev.chebroots(series[:kept])
+    remaining = int(np.flatnonzero(np.abs(series) > max(1e-15 * largest, 2 * tail))[-1]) + 1
+    zeros = np.polynomial.chebyshev.chebroots(series[:remaining])
     ahead = zeros[(np.abs(zeros.imag) < WIDEST) & (zeros.real > -1) & (zeros.real < 1)]
     if not ahead.size:
         return None

@@ -158,8 +158,8 @@ class QuinticSteps:
             ]
             results = kind.along(*[np.concatenate(part) for part in inputs])
             for k, b in enumerate(kind.blocks):
-                own = slice(k * count, (k + 1) * count)
-                found[b] = kind.box, [part[own] for part in results]
+                rows = slice(k * count, (k + 1) * count)
+                found[b] = kind.box, [part[rows] for part in results]
         return [found[b] for b in range(len(blocks))]
 
 

@@ -99,9 +99,9 @@ class ManyPoses:
     def _layout(self, timed: bool) -> StoreLayout:
         g = self.graphs
         groups = [entry.columns for entry in self.evaluator.outputs.entries]
-        kept = [(X, 0, [tuple(range(g.nx))])]
-        kept += [(Y + k, k, groups) for k in range(g.derivatives + 1)]
-        return StoreLayout(self.line, kept, timed)
+        known = [(X, 0, [tuple(range(g.nx))])]
+        known += [(Y + k, k, groups) for k in range(g.derivatives + 1)]
+        return StoreLayout(self.line, known, timed)
 
     def run(self) -> Poses:
         n, size = len(self.s), chunk_of(self.line)

@@ -91,13 +91,13 @@ class Lattice(SingleTurns):
             steps.append([k * unit for k in range(count)])
         if math.prod(map(len, steps)) > MOST:
             return None
-        kept: list[Any] = []
+        distinct: list[Any] = []
         for parts in itertools.product(*steps):
             turn = sum(parts)
-            others = np.array([turn - other for other in kept]).reshape(-1, self.size)
+            others = np.array([turn - other for other in distinct]).reshape(-1, self.size)
             if np.all(np.abs(self.remainder(others)).max(axis=1, initial=0.0) > 0.25):
-                kept.append(turn)
-        return np.array(kept)
+                distinct.append(turn)
+        return np.array(distinct)
 
 
 def with_periods(lattice: Lattice, periods: Sequence[float]) -> Lattice:

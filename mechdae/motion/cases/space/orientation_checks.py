@@ -103,17 +103,17 @@ class OrientationChecks(Chooser):
         """Return the poses without those that have an opposite quaternion and are else the same."""
         if not self.quaternions or len(poses) < 2:
             return poses
-        every, kept = np.array(poses), np.zeros(len(poses), bool)
+        every, remaining = np.array(poses), np.zeros(len(poses), bool)
         for k, x in enumerate(every):
-            others = every[kept]
+            others = every[remaining]
             turned = np.broadcast_to(x, others.shape).copy()
             for places in self.quaternions:
                 opposite = others[:, places] @ x[places] < 0
                 turned[np.ix_(opposite, places)] *= -1
             gaps = turned - others
             gaps[:, self.directions] -= 2 * np.pi * np.round(gaps[:, self.directions] / (2 * np.pi))
-            kept[k] = not (np.abs(gaps).max(axis=1, initial=0.0) < SAME).any()
-        return [x for x, new in zip(poses, kept, strict=True) if new]
+            remaining[k] = not (np.abs(gaps).max(axis=1, initial=0.0) < SAME).any()
+        return [x for x, new in zip(poses, remaining, strict=True) if new]
 
     def towards(self, x: Unknowns, other: Floats) -> Floats:
         """Return unknowns with the signs of quaternions that are nearer to those of others."""

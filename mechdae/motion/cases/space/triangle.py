@@ -213,15 +213,15 @@ class _System:
         values = _eliminant(powers @ a, powers @ b, C)
         turned = np.exp(-1j * np.pi * np.arange(SAMPLES) / SAMPLES)
         found = (np.fft.fft(values * w**lowest) / SAMPLES * turned)[: MOST[0] + 1]
-        kept = np.flatnonzero(np.abs(found) > LOST * np.abs(found).max())
-        if not len(kept) or not np.isfinite(found).all():
+        remaining = np.flatnonzero(np.abs(found) > LOST * np.abs(found).max())
+        if not len(remaining) or not np.isfinite(found).all():
             return None
-        roots = np.roots(found[kept[0] : kept[-1] + 1][::-1])
+        roots = np.roots(found[remaining[0] : remaining[-1] + 1][::-1])
         if reach:
             return roots * reach
         with np.errstate(all="ignore"):
             z = -1j * (roots - 1) / (roots + 1)
-        lost = [1j, -1j] if kept[0] > 0 or kept[-1] < MOST[0] else []
+        lost = [1j, -1j] if remaining[0] > 0 or remaining[-1] < MOST[0] else []
         return np.concatenate([z[np.isfinite(z)], lost])
 
     # -- solutions -------------------------------------------------------------------------
@@ -279,12 +279,12 @@ class _System:
         good = (beta**2 * BENDING * missed <= LARGEST) & (radius <= CLOSE)
         good &= np.isfinite(z).all(axis=1) & (np.abs(z).max(axis=1) <= 1 + BALL)
         every = Solved(*(part[good] for part in (z, turned, size, radius, alone)))
-        near, kept = self._gaps(every) < CLOSE, list[int]()
+        near, remaining = self._gaps(every) < CLOSE, list[int]()
         for k in range(len(near)):
-            if not near[k, kept].any():
-                kept.append(k)
+            if not near[k, remaining].any():
+                remaining.append(k)
         parts = (every.z, every.turned, every.size, every.radius, every.alone)
-        return Solved(*(part[kept] for part in parts))
+        return Solved(*(part[remaining] for part in parts))
 
     def _gaps(self, found: Solved) -> Any:
         """Return how far solutions are apart at least (n, n): by chords and lengths."""

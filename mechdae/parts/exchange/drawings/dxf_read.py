@@ -278,8 +278,8 @@ def _number(text: str) -> float:
 
 
 def _put_line(found: DrawnSketch, layer: str, closed: bool, corners: list[Spot]) -> None:
-    kept = [corner for k, corner in enumerate(corners) if not k or corner != corners[k - 1]]
-    if closed and len(kept) > 2 and kept[0] != kept[-1]:
-        kept.append(kept[0])
-    if len(kept) > 1:
-        found.lines.append(DrawnLine(layer, tuple(kept)))
+    distinct = [corner for k, corner in enumerate(corners) if not k or corner != corners[k - 1]]
+    if closed and len(distinct) > 2 and distinct[0] != distinct[-1]:
+        distinct.append(distinct[0])
+    if len(distinct) > 1:
+        found.lines.append(DrawnLine(layer, tuple(distinct)))

@@ -86,13 +86,13 @@ def front_of(
                 error = entries[k].error * aim.unit
                 rejected.append({"objective": error, "reasons": design["reasons"]})
     designs = [judged[k] for k in chosen]
-    kept = best_of(designs, signs, SAME)
+    front = best_of(designs, signs, SAME)
     nearest = {}
     for measure in demand.within:
         sign = OBJECTIVES[measure][1]
         nearest[measure] = min((e.value(measure, aim) * sign for e in every), default=np.nan) * sign
-    summary = _described(demand, kept, signs) if kept else {}
-    return SchemeFront(kept, rejected, len(designs) - len(kept), nearest, summary)
+    summary = _described(demand, front, signs) if front else {}
+    return SchemeFront(front, rejected, len(designs) - len(front), nearest, summary)
 
 
 def _within(demand: CompositionDemand, entry: SizedScheme, aim: Aim) -> bool:

@@ -49,17 +49,17 @@ def composed(
     problem: Problem, name: str, task: Composition, run: Run | None = None
 ) -> SynthesisResult:
     began = time.process_time()
-    asked = asked_of(task, problem.mechanism.parameter_values)
-    search = SchemeSearch(asked, run or PieceJob())
+    goal = asked_of(task, problem.mechanism.parameter_values)
+    search = SchemeSearch(goal, run or PieceJob())
     archive = search.search()
-    front = front_of(asked, archive, search.aim, problem.name, problem.title)
+    front = front_of(goal, archive, search.aim, problem.name, problem.title)
     summary: dict[str, object] = {
         "schemes": len(search.tried), "sets": archive.seen,
-        "distinct": len(archive.every), "seed": asked.seed,
+        "distinct": len(archive.every), "seed": goal.seed,
         "status": "found" if front.designs else "none found",
         "rejected": front.rejected, "dominated": front.dominated,
         "rounds": search.rounds, "radius": search.radius,
-        "goal": asked.kind, "error_unit": asked.unit("error"), **_wanted(asked),
+        "goal": goal.kind, "error_unit": goal.unit("error"), **_wanted(goal),
         "seconds": {"whole": time.process_time() - began},
     }  # fmt: skip
     if front.designs:
@@ -67,7 +67,7 @@ def composed(
     return SynthesisResult.of(
         problem, name, task,
         status=np.array(["ok"] * len(front.designs)), summary=Summary(summary),
-        fault=_fault(asked, front), data={"designs": front.designs},
+        fault=_fault(goal, front), data={"designs": front.designs},
     )  # fmt: skip
 
 

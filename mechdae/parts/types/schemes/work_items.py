@@ -159,23 +159,23 @@ def measured(
     turn = turned(drawn, places, _nodes(aim))
     least = turn.least
     whole = np.isfinite(places).all(axis=1) & (least > 0)
-    kept = np.flatnonzero(whole & (shortest(drawn, places) >= SHORT))
-    places = places[kept] - places[kept, :1] if aim.what == CURVE else places[kept]
-    if not len(kept):
+    remaining = np.flatnonzero(whole & (shortest(drawn, places) >= SHORT))
+    places = places[remaining] - places[remaining, :1] if aim.what == CURVE else places[remaining]
+    if not len(remaining):
         return FoundSets(places, *(np.zeros(0) for _ in range(4)))
     if aim.what == CURVE:
-        error = distances(turn.x[drawn.trace][kept], _wanted(aim.corners))
+        error = distances(turn.x[drawn.trace][remaining], _wanted(aim.corners))
     elif aim.what == PATH:
         error = visited(drawn, places, aim).error
     else:
         places = based(drawn, places, aim)
         error = function_errors(drawn, places, aim)[0]
-    turn = SchemeTurn(turn.x[:, kept], {})
+    turn = SchemeTurn(turn.x[:, remaining], {})
     amount = material(drawn, places, turn=turn)
     loss = np.zeros(len(places))
     if rubbing is not None:
         loss = losses(drawn, places, aim, rubbing, ANGLES)
-    return FoundSets(places, error, amount, least[kept], loss)
+    return FoundSets(places, error, amount, least[remaining], loss)
 
 
 @lru_cache(maxsize=8)
@@ -230,8 +230,8 @@ class Archive:
             if not any(entry.near(other) for other in sets):
                 sets.append(entry)
         values = np.array([[e.error, e.material, -min(e.least, STEEP), e.loss] for e in sets])
-        kept = np.flatnonzero(undominated(values)).tolist() if sets else []
-        order = sorted(kept, key=lambda k: sets[k].error)
+        front = np.flatnonzero(undominated(values)).tolist() if sets else []
+        order = sorted(front, key=lambda k: sets[k].error)
         if len(order) > MOST:
             picked = np.unique(np.linspace(0, len(order) - 1, MOST).astype(int))
             order = [order[k] for k in picked]

@@ -479,8 +479,8 @@ class CrossingFinder:
     def _solve(scaled: Floats, right: Floats) -> Any:
         """Return the least solution of the singular system."""
         left, sigma, turned = np.linalg.svd(scaled)
-        kept = sigma[:-1]
-        return turned[:-1].T @ ((left[:, :-1].T @ right) / kept)
+        remaining = sigma[:-1]
+        return turned[:-1].T @ ((left[:, :-1].T @ right) / remaining)
 
 
 def piece(

@@ -119,9 +119,9 @@ def count(mechanism: Mechanism) -> tuple[int, int]:
     """Return how many words of R and P there are, and how many up to symmetries of the chain."""
     pins = varied(mechanism)
     group = of_structure(mechanism, kinds=False)
-    kept = [move for _, move in group if {move[name] for name in pins} == set(pins)]
-    total = sum(1 << _cycles({name: move[name] for name in pins}) for move in kept)
-    return 1 << len(pins), total // len(kept)
+    moves = [move for _, move in group if {move[name] for name in pins} == set(pins)]
+    total = sum(1 << _cycles({name: move[name] for name in pins}) for move in moves)
+    return 1 << len(pins), total // len(moves)
 
 
 def pair_kinds(problem: Problem, pose: Pose) -> Iterator[Variant]:

@@ -197,8 +197,8 @@ def _met(
         size = np.maximum(np.abs(rate) ** 2, 1e-300)
         trial = angles - np.clip((np.conj(rate) * gap).real / size, -step, step)
         if aim.ordered:
-            kept = in_order(senses[:, None] * trial)
-            trial = np.where(kept[:, None], trial, angles)
+            remaining = in_order(senses[:, None] * trial)
+            trial = np.where(remaining[:, None], trial, angles)
         angles = trial
     return angles, turned(scheme, places, angles).x[scheme.trace]
 
