@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import field, replace
+from dataclasses import field
 from functools import cached_property
 from typing import Any
 
@@ -108,11 +108,6 @@ class MotionProblem:
         """The contacts of joints that push and do not pull."""
         questions = self.model.cases("unilateral contacts")
         return [contact for make in questions for contact in make(self.model)]
-
-    @property
-    def closed_joints(self) -> MotionProblem:
-        """The same with joints that have no gaps."""
-        return setup(self.problem, replace(self.task, clearance=None))
 
     @structure_property
     def plain(self) -> Released:

@@ -29,7 +29,6 @@ from mechdae.results import Named, Series
 from mechdae.types import Floats, Graph, Integers, Matrix, Reactions, Sym, Unknowns
 
 if TYPE_CHECKING:
-    from mechdae.equations.model import Model
     from mechdae.equations.motion_equations import Released
     from mechdae.equations.structure_cache import StructureCache
     from mechdae.equations.tree.joint_chains import WayProducts

@@ -119,7 +119,7 @@ def report(
         status[over & shown.there] = Status.STOPPED
         hint = "without a restitution nothing rebounds"
         faults += [
-            f"{text}, first at t = {states.t[np.argmax(over)]:.6g} s: {hint}" for text in sentences
+            f"{text}, first at t = {states.t[n]:.6g} s: {hint}" for text, n in sentences.items()
         ]
     for case in setup.model.cases("forces of joints"):
         faults += case.slack_belts(

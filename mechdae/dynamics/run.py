@@ -113,7 +113,8 @@ class OutputStates:
         self.count += len(t)
         if self.count > MOST:
             raise InputError(
-                f"more than {MOST} states would be kept", hint="name the times: at = [...] or poses"
+                f"more than {MOST} states would be kept",
+                hint="name the times: at = [...] or poses",
             )
         signs = np.broadcast_to(np.asarray(signs, float), (len(t), len(signs)))
         self.rows.append((t, *(np.atleast_2d(part) for part in (x, v, w)), signs))
@@ -122,7 +123,7 @@ class OutputStates:
         return tuple(np.concatenate(parts) for parts in zip(*self.rows, strict=True))
 
 
-def integrate(run: MotionRun, kept: OutputStates, x: Any, v: Any) -> None:
+def integrate(run: MotionRun, recorded: OutputStates, x: Any, v: Any) -> None:
     """Integrate a run from its start; keep the states of output."""
     setup, integrator, sticking = run.setup, run.integrator, run.sticking
     lay = integrator.layout
@@ -135,7 +136,7 @@ def integrate(run: MotionRun, kept: OutputStates, x: Any, v: Any) -> None:
         run.verdict(0.0, verdict)
         signs = setup.loose
     if setup.times is None or setup.times[0] == 0.0 or run.fault:
-        kept.add(0.0, x, v, w, signs)
+        recorded.add(0.0, x, v, w, signs)
     if run.fault:
         return
     clock = Clock(setup, x, v, run.crossings.expressions)
@@ -144,7 +145,7 @@ def integrate(run: MotionRun, kept: OutputStates, x: Any, v: Any) -> None:
         state, signs = _resumed(run, state, signs, clock.begin())
     while not sticking.final(signs, *(lay.of(state, part) for part in ("t", "x", "v"))):
         stretch = clock.stretch(float(lay.of(state, "t")))
-        cut = _stretched(run, kept, state, signs, stretch)
+        cut = _stretched(run, recorded, state, signs, stretch)
         if cut is None and not run.fault and stretch.end < setup.end:
             state = state if run.last is None else run.last
             if stretch.bends:
@@ -168,17 +169,17 @@ def integrate(run: MotionRun, kept: OutputStates, x: Any, v: Any) -> None:
                 return
         else:
             return
-    _rest(run, kept, state, signs)
+    _rest(run, recorded, state, signs)
 
 
 def _stretched(
-    run: MotionRun, kept: OutputStates, state: Floats, signs: Floats, stretch: StepLimit
+    run: MotionRun, recorded: OutputStates, state: Floats, signs: Floats, stretch: StepLimit
 ) -> Cut | None:
     """Integrate over a stretch of time; return where the motion does not go on as it did."""
     setup, integrator, sticking = run.setup, run.integrator, run.sticking
     for nodes in integrator.steps(state, signs, stretch.end, stretch.longest):
         nodes, cut = run.watched(nodes)
-        _keep(kept, nodes, integrator, setup.times)
+        _keep(recorded, nodes, integrator, setup.times)
         run.last, run.last_signs = nodes.states[-1], nodes.signs
         if setup.laws:
             run.marks.append((nodes.states[0], nodes.signs))
@@ -235,7 +236,7 @@ def _resumed(run: MotionRun, state: Floats, signs: Floats, t: float) -> tuple[Fl
     return found, signs
 
 
-def _rest(run: MotionRun, kept: OutputStates, state: Floats, signs: Floats) -> None:
+def _rest(run: MotionRun, recorded: OutputStates, state: Floats, signs: Floats) -> None:
     """Keep the states of a mechanism that rests until the end."""
     setup, lay = run.setup, run.integrator.layout
     last = state.copy()
@@ -244,13 +245,15 @@ def _rest(run: MotionRun, kept: OutputStates, state: Floats, signs: Floats) -> N
     run.rests = float(lay.of(state, "t"))
     start = run.rests if run.rests > 0 else -1.0
     times = np.array([setup.end]) if setup.times is None else setup.times
-    ahead = times[times > max(start, kept.rows[-1][0][-1] if kept.rows else -1.0)]
+    ahead = times[times > max(start, recorded.rows[-1][0][-1] if recorded.rows else -1.0)]
     if len(ahead):
         x, v, w = (np.tile(state[lay[part]], (len(ahead), 1)) for part in ("x", "v", "w"))
-        kept.add(ahead, x, v, w, signs)
+        recorded.add(ahead, x, v, w, signs)
 
 
-def _keep(kept: OutputStates, nodes: Nodes, integrator: Integrator, times: Floats | None) -> None:
+def _keep(
+    recorded: OutputStates, nodes: Nodes, integrator: Integrator, times: Floats | None
+) -> None:
     """Keep the states of output inside accepted steps."""
     lay, states = integrator.layout, nodes.states
     if len(states) < 2:
@@ -259,8 +262,8 @@ def _keep(kept: OutputStates, nodes: Nodes, integrator: Integrator, times: Float
     if times is None:
         nodes_behind = states[1:]
         t, x, v, w = (lay.of(nodes_behind, part) for part in ("t", "x", "v", "w"))
-        kept.add(t, x, v, w, nodes.signs)
+        recorded.add(t, x, v, w, nodes.signs)
         return
     inside = times[(times > first) & (times <= last)]
     if len(inside):
-        kept.add(inside, *integrator.between(nodes, inside), nodes.signs)
+        recorded.add(inside, *integrator.between(nodes, inside), nodes.signs)

@@ -319,44 +319,44 @@ def _energy(observer: Observer, x: Unknowns, v: Floats) -> float:
     return float(kinetic[0] + sum(store[0] for store in stores.values()))
 
 
-def _keep_last(kept: OutputStates, run: MotionRun) -> None:
+def _keep_last(recorded: OutputStates, run: MotionRun) -> None:
     """Keep the state at which a motion ended early, where it was no time of output."""
     if run.last is None:
         return
     lay = run.integrator.layout
     t, x, v, w = (lay.of(run.last, part) for part in ("t", "x", "v", "w"))
-    if t < run.setup.end and (not kept.rows or kept.rows[-1][0][-1] < t):
-        kept.add(t, x, v, w, run.last_signs)
+    if t < run.setup.end and (not recorded.rows or recorded.rows[-1][0][-1] < t):
+        recorded.add(t, x, v, w, run.last_signs)
 
 
-def _cut(kept: OutputStates, run: MotionRun) -> None:
+def _cut(recorded: OutputStates, run: MotionRun) -> None:
     """Drop the last states whose speeds do not meet the constraints: a dead point was passed."""
     setup, lay = run.setup, run.integrator.layout
-    while kept.rows:
-        t, x, v, w, signs = kept.rows.pop()
+    while recorded.rows:
+        t, x, v, w, signs = recorded.rows.pop()
         good = np.logical_and.accumulate(feasible(setup, t, x, v, signs))
         if good.any():
-            kept.rows.append((t[good], x[good], v[good], w[good], signs[good]))
+            recorded.rows.append((t[good], x[good], v[good], w[good], signs[good]))
             break
     for state, signs in reversed(run.marks):
         t, x, v, w = (lay.of(state, part) for part in ("t", "x", "v", "w"))
-        if kept.rows and kept.rows[-1][0][-1] >= t:
+        if recorded.rows and recorded.rows[-1][0][-1] >= t:
             break
         if feasible(setup, t[None], x[None], v[None], signs[None])[0]:
-            kept.add(t, x, v, w, signs)
+            recorded.add(t, x, v, w, signs)
             break
     run.last = run.last.copy()
-    for name, part in zip("txvw", kept.rows[-1], strict=False):
+    for name, part in zip("txvw", recorded.rows[-1], strict=False):
         run.last[lay[name]] = part[-1]
 
 
 def _states(
-    setup: MotionProblem, integrator: Integrator, kept: OutputStates, undecided: float
+    setup: MotionProblem, integrator: Integrator, recorded: OutputStates, undecided: float
 ) -> States:
     """Return the states of output with accelerations and multipliers computed again."""
-    if not kept.rows:
+    if not recorded.rows:
         raise InputError("no time of output was reached", where="at")
-    t, x, v, w, signs = kept.stacked()
+    t, x, v, w, signs = recorded.stacked()
     a, lam = np.empty_like(x), np.empty((len(t), setup.kernel.inner))
     lost = t == undecided
     a[lost], lam[lost] = np.nan, np.nan

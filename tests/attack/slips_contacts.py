@@ -10,7 +10,7 @@ import numpy as np
 import mechdae as md
 from mechdae.describe.file.load import from_dict
 from mechdae.motion.kinematics.prepared import SHAPES
-from tests.shared.bouncing import G, ball, disc, hits, wheel_and_rack
+from tests.shared.bouncing import G, ball, disc, hits, single_impacts, wheel_and_rack
 from tests.shared.planting import Slip
 
 SUITE = "dynamics/test_contacts.py::"
@@ -47,14 +47,52 @@ def chords() -> float:
     return off(hits(moved(disc(1.0, 0.2, 0.02))), [math.sqrt(3) / 2 * 1e-3 / 0.2])
 
 
+def one_after_the_other() -> float:
+    found, wanted = single_impacts()
+    return off(found, wanted) if len(found) == 2 else np.inf
+
+
+def notes() -> float:
+    """A guide that rubs, with a clearance: as an ideal joint, then in its gap."""
+    data = wheel_and_rack(start_speed={"wheel": 10.0}, until=1e-4, poses=2)
+    data["joints"]["guide"] |= {"friction": 0.1, "clearance": 1e-3}
+    texts = ("no restitution", "takes nothing from an impact", "gap without friction")
+    for more, wanted in ({}, [1, 1, 0]), ({"restitution": 0.5}, [0, 0, 1]):
+        data["joints"]["guide"] |= more
+        found = moved(data).summary["notes"]
+        if [sum(text in note for note in found) for text in texts] != wanted:
+            return np.inf
+    return 0.0
+
+
+def falls_through() -> float:
+    """A floor without a restitution stops no ball: it is below from sqrt(2 / g) on."""
+    data = ball(0.5, 1.0, poses=11)
+    data["joints"]["floor"].pop("restitution")
+    result = moved(data)
+    below = result.time > math.sqrt(2 / G)
+    return 0.0 if (result.status == np.where(below, "stopped", "ok")).all() else np.inf
+
+
 BALL = SUITE + "test_a_ball_bounces_until_it_lies_still"
+SAID = SUITE + "test_what_a_gap_does_without_is_said"
 SLIPS = [
     Slip("dynamics.contacts.impacts", "before + e * np.minimum(", "before - e * np.minimum(",
          bounces, BALL),
     Slip("dynamics.contacts.touching", "(self.before + self.after) / 2",
          "(self.before + self.after)", impact_losses, BALL),
-    Slip("dynamics.contacts.gaps", 'numbers[f"{name}.backlash"] / 2',
-         'numbers[f"{name}.backlash"]', flank_times,
+    Slip("dynamics.contacts.impacts", "if len(before) < 2 or", "if len(closing) < 2 or",
+         one_after_the_other, SUITE + "test_a_block_that_touches_makes_an_impact_not_unique"),
+    Slip("dynamics.contacts.impacts", "(*order, *others)", "order", one_after_the_other,
+         SUITE + "test_single_impacts_follow_one_another"),
+    Slip("dynamics.contacts.touching", "(dry & model.in_gaps)", "(dry - model.in_gaps)", notes,
+         SAID),
+    Slip("dynamics.contacts.touching", "dry - model.in_gaps,", "dry & model.in_gaps,", notes, SAID),
+    Slip("dynamics.contacts.touching", "if name not in model.in_gaps", "if name in model.in_gaps",
+         notes, SAID),
+    Slip("motion.cases.stops.stops", "if not (rebound and", "if (rebound and", falls_through,
+         SUITE + "test_limits_without_a_restitution_are_passed_with_a_word"),
+    Slip("dynamics.contacts.gaps", "half + sign * form", "2 * half + sign * form", flank_times,
          SUITE + "test_a_rack_is_hit_by_one_flank_after_the_other"),
     Slip("dynamics.contacts.gaps", "(c - ca.sumsqr(model.ends[name].gap) / c) / 2",
          "(2 * c - ca.sumsqr(model.ends[name].gap) / c) / 2", chords,

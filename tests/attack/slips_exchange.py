@@ -109,7 +109,7 @@ SLIPS = [
     Slip(FROM, "3 * len(mechanism.bodies) - held", "3 * len(mechanism.bodies) + held", drawings,
          BACK),
     Slip(FROM, "and a not in pins", "", drawings, BACK),
-    Slip("parts.exchange.drawings.dxf_read", "MILLIMETRE * float(v)",
+    Slip("parts.exchange.drawings.dxf", "MILLIMETRE * float(v)",
          "1.000001 * MILLIMETRE * float(v)",
          drawings, f"{DRAWN}test_links_and_paths_are_those_of_the_result"),
     Slip(TREE, "mass.center - shift, mass.inertia)",

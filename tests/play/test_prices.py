@@ -15,18 +15,13 @@ import pytest
 import mechdae as md
 from mechdae.describe.tasks.constraints import LimitConstraint
 from mechdae.describe.tasks.goals import Minimise
-from tests.shared.gaps import TURN, C, G, L, R, slider_crank, two_wheels
+from tests.shared.gaps import TURN, C, G, L, R, in_lengths, least_rod, two_wheels
 
 SLIDE = "joints/guide/slide_band"
 
 
 def problem(**tasks: md.Task) -> md.Problem:
-    whole = replace(slider_crank(clearance=G), parameters={"c": C, "l": L, "r": R})
-    rod, crank = whole.bodies["rod"], whole.bodies["crank"]
-    rod = replace(rod, points={"B": (0, 0), "C": ("l", 0)})
-    crank = replace(crank, points={"O": (0, 0), "B": ("r", 0)})
-    mechanism = replace(whole, bodies={**whole.bodies, "rod": rod, "crank": crank})
-    return md.Problem(mechanism, {"play": md.Play(TURN, poses=9), **tasks})
+    return md.Problem(in_lengths(), {"play": md.Play(TURN, poses=9), **tasks})
 
 
 def first(at: np.ndarray, l: float = L) -> np.ndarray:  # noqa: E741
@@ -150,17 +145,7 @@ def test_bands_are_those_of_play() -> None:
 
 def test_the_price_of_a_limit_at_several_poses_is_that_of_all() -> None:
     """The least rod of a crank r with |sin| of its angle up to s: l = r / s, twice a turn."""
-    most, path = 0.3, "turn/outputs/square/value"
-    plain = problem().mechanism
-    joints = {**plain.joints, "guide": md.Prismatic("guide", "ground.O", "slider.C")}
-    whole = replace(plain, joints=joints, outputs={"square": "sin(rod.angle)**2"})
-    task = md.Synthesis(
-        driver={"coordinate": "crank.angle"}, goal=Minimise(of="turn/points/rod.C/position"),
-        free={"l": (0.15, 0.6)}, constraints=(LimitConstraint(of=path, max=most**2),), starts=1,
-    )  # fmt: skip
-    turn = md.Sweep(md.Driver("crank.angle", from_=0.0, to=2 * np.pi), poses=37)
-    result = md.solve(md.Problem(whole, {"turn": turn, "design": task}), "design")
-    best = result.data["designs"][0]
-    assert best["parameters"]["l"] == pytest.approx(R / most, rel=1e-6)
+    best = md.solve(least_rod(0.3), "design").data["designs"][0]
+    assert best["parameters"]["l"] == pytest.approx(R / 0.3, rel=1e-6)
     (price,) = [value for name, value in best["active"].items() if "square" in name]
-    assert price == pytest.approx(R / (2 * most**3), rel=1e-3)
+    assert price == pytest.approx(R / (2 * 0.3**3), rel=1e-3)

@@ -9,6 +9,7 @@ import numpy as np
 
 import mechdae as md
 from mechdae.describe.file.load import from_dict
+from mechdae.dynamics.contacts import impacts
 
 G, UNTIL = 9.81, 2.0
 SLOW = 1e-3
@@ -86,6 +87,18 @@ def disc(e: float, speed: float, until: float) -> dict[str, Any]:
                         "tolerance": 1e-12, "start": {"disc.P.x": 5e-4, "disc.P.y": 0.0},
                         "start_speed": {"disc.P.x": 0.0, "disc.P.y": speed}}},
     }  # fmt: skip
+
+
+def single_impacts() -> tuple[list[float], list[float]]:
+    """Return speeds at a wall and in a slot behind single impacts, and those of closed form.
+
+    A mass of 2 that touches the wall is hit by one of 1 in its slot, the wall by it, and both hit
+    once more: impulses are (1 + e) times the speed over the sum of inverse masses.
+    """
+    G = np.array([[1 / 2, -1 / 2], [-1 / 2, 3 / 2]])
+    speeds = impacts.orders(G, np.array([0.0, -1.0]), np.array([0.8, 0.3]))
+    away, closing = 0.8 * 1.3 / 3, 1.8 * 1.3 / 3 - 0.3
+    return np.ravel(speeds).tolist(), [away - 1.3 / 3 * closing, 0.3 * closing]
 
 
 def _landing(x: float, v: float, a: float, low: float, high: float) -> tuple[float, float, float]:

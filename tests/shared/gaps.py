@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Callable
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
 import mechdae as md
+from mechdae.describe.tasks.constraints import LimitConstraint
+from mechdae.describe.tasks.goals import Minimise
 from tests.reference.gaps import Array, Drive, Open, Pair, Side
 
 R, L = 0.1, 0.3
@@ -20,6 +22,28 @@ KINDS = {
     "revolute": "pin", "prismatic": "guide", "pin-in-slot": "slot", "distance": "bar",
     "gear": "gear", "rack": "rack", "weld": "weld",
 }  # fmt: skip
+
+
+def in_lengths() -> md.Mechanism:
+    """The slider-crank with the lengths r and l as parameters, a clearance in its guide."""
+    whole = replace(slider_crank(clearance=G), parameters={"c": C, "l": L, "r": R})
+    rod, crank = whole.bodies["rod"], whole.bodies["crank"]
+    rod = replace(rod, points={"B": (0, 0), "C": ("l", 0)})
+    crank = replace(crank, points={"O": (0, 0), "B": ("r", 0)})
+    return replace(whole, bodies={**whole.bodies, "rod": rod, "crank": crank})
+
+
+def least_rod(most: float) -> md.Problem:
+    """The design of the shortest rod whose angle has a sine up to `most`, looked at 37 times."""
+    plain, path = in_lengths(), "turn/outputs/square/value"
+    joints = {**plain.joints, "guide": md.Prismatic("guide", "ground.O", "slider.C")}
+    whole = replace(plain, joints=joints, outputs={"square": "sin(rod.angle)**2"})
+    task = md.Synthesis(
+        driver={"coordinate": "crank.angle"}, goal=Minimise(of="turn/points/rod.C/position"),
+        free={"l": (0.15, 0.6)}, constraints=(LimitConstraint(of=path, max=most**2),), starts=1,
+    )  # fmt: skip
+    turn = md.Sweep(md.Driver("crank.angle", from_=0.0, to=2 * np.pi), poses=37)
+    return md.Problem(whole, {"turn": turn, "design": task})
 
 
 def slider_crank(**guide: float) -> md.Mechanism:
@@ -108,11 +132,11 @@ def with_gaps(mechanism: md.Mechanism, share: float) -> md.Mechanism:
     for name, joint in mechanism.joints.items():
         sizes = (share * (1.0 if joint.kind == "gear" else mechanism.scale), 0.2 * mechanism.scale)
         changes = dict(zip(GAPS.get(joint.kind, ()), sizes, strict=False))
-        joints[name] = dataclasses.replace(joint, **changes)
-    return dataclasses.replace(mechanism, joints=joints)
+        joints[name] = replace(joint, **changes)
+    return replace(mechanism, joints=joints)
 
 
-@dataclasses.dataclass
+@dataclass
 class Comparison:
     """Bands beside what adversaries reach: one ratio for each, and counts.
 
@@ -120,7 +144,7 @@ class Comparison:
     of bands, those that fall ``short``, of which less is reached than is told, and not proved ones.
     """
 
-    ratios: list[float] = dataclasses.field(default_factory=list)
+    ratios: list[float] = field(default_factory=list)
     outside: int = 0
     short: int = 0
     samples: int = 0

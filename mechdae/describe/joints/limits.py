@@ -6,6 +6,9 @@ from collections.abc import Mapping
 
 from mechdae.describe.joints.joint import Joint
 
+GAPS = ("clearance", "backlash", "backlash_angle")
+"""Keys of joints that give a gap."""
+
 
 def limited(joints: Mapping[str, Joint]) -> list[Joint]:
     """Return the joints that have limits."""
@@ -14,8 +17,7 @@ def limited(joints: Mapping[str, Joint]) -> list[Joint]:
 
 def with_gaps(joints: Mapping[str, Joint], values: Mapping[str, float]) -> list[str]:
     """Return the joints that have a gap."""
-    keys = ("clearance", "backlash", "backlash_angle")
-    return [name for name in joints if any(values.get(f"{name}.{key}", 0.0) for key in keys)]
+    return [name for name in joints if any(values.get(f"{name}.{key}", 0.0) for key in GAPS)]
 
 
 def in_gaps(joints: Mapping[str, Joint], values: Mapping[str, float]) -> list[str]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -35,9 +35,6 @@ from mechdae.errors import InputError
 from mechdae.records import dataclass
 from mechdae.results import UNITS, Result
 from mechdae.results.kinds import SynthesisResult
-
-if TYPE_CHECKING:
-    from mechdae.results import SynthesisResult
 
 TURN = 2 * np.pi
 

@@ -8,6 +8,6 @@ HERE = "mechdae.dynamics.contacts"
 ADDS: Adds = {
     "unilateral contacts": {"restitution": Added(f"{HERE}.gaps:unilateral")},
     "opened joints": {"restitution": Added(f"{HERE}.gaps:open_joints")},
-    "starts in gaps": {"restitution": Added(f"{HERE}.start_in_gaps:start_in_gaps")},
+    "starts in gaps": {"restitution": Added(f"{HERE}.gaps:start_in_gaps")},
     "touching": {"restitution": Added(f"{HERE}.touching:Touching")},
 }

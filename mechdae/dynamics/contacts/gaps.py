@@ -6,18 +6,22 @@ centres. Where they touch it has the gradient of c - |e|, and it is smooth every
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import casadi as ca
 
 from mechdae.describe.coordinates import coordinate
-from mechdae.describe.joints.joint import LIMITS, Joint
-from mechdae.describe.joints.limits import in_gaps, limited
+from mechdae.describe.joints.joint import LIMITS
+from mechdae.describe.joints.limits import GAPS, in_gaps, limited
+from mechdae.dynamics.equations import MotionProblem, setup
+from mechdae.dynamics.start import Start, start
 from mechdae.equations.forces.feedback import Unilateral
 from mechdae.equations.forces.generalised import times
 from mechdae.equations.gradients import gradients
+from mechdae.equations.joints import opened
 from mechdae.equations.model import Model
 from mechdae.equations.space import left
-from mechdae.errors import MechanismError
-from mechdae.types import Sym
+from mechdae.errors import InconsistentStartError, MechanismError
 
 STOPS = (("low", 1.0), ("high", -1.0))
 SIDES = (("right", 1.0), ("left", -1.0))
@@ -89,7 +93,9 @@ def inside(model: Model) -> list[Unilateral]:
             more = {"axis": left(normal), "place": place}
             found.append(Unilateral(name, gap, "m", column, BUSH, **more))
             continue
-        half, unit = _half(model, joint), "rad" if joint.wheels == 2 else "m"
+        key = next(key for key in GAPS if f"{name}.{key}" in model.numbers)
+        half, *_ = opened(joint, key, model.numbers, ca.norm_2(model.ends[name].gap)).values()
+        unit = "rad" if joint.wheels == 2 else "m"
         forms = {"": rows["mesh"] if joint.meshes else rows["n"]}
         if "turn" in rows:
             reach = model.numbers[f"{name}.contact_length"] / 2 * ca.sin(rows["turn"])
@@ -101,15 +107,14 @@ def inside(model: Model) -> list[Unilateral]:
     return found
 
 
-def _half(model: Model, joint: Joint) -> Sym:
-    """Return how far the equation of a joint opens to either side."""
-    numbers, name = model.numbers, joint.name
-    if not joint.meshes:
-        return numbers[f"{name}.clearance"]
-    if f"{name}.backlash" not in numbers:
-        return numbers[f"{name}.backlash_angle"] / 2
-    half = numbers[f"{name}.backlash"] / 2
-    if joint.wheels != 2:
-        return half
-    gap = model.ends[name].gap
-    return half * ca.fabs(1 - numbers[f"{name}.ratio"]) / ca.sqrt(ca.sumsqr(gap))
+def start_in_gaps(whole: MotionProblem) -> Start:
+    """Return the start with joints in the middle of their gaps if what is given agrees with that.
+
+    Otherwise the pose of the sketch without gaps is moved to what is given.
+    """
+    closed = setup(whole.problem, replace(whole.task, clearance=None))
+    try:
+        return start(closed)
+    except InconsistentStartError:
+        closed.task = replace(closed.task, start=None, start_speed=None)
+        return start(whole, start(closed).q)

@@ -64,7 +64,6 @@ class Touching:
         self.e = np.array([values[f"{c.owner}.restitution"] for c in self.contacts])
         self.friction = [values.get(f"{c.owner}.friction", 0.0) for c in self.contacts]
         self.sizes = np.array([1.0 if c.unit == "rad" else setup.length for c in self.contacts])
-        self.owners = list(dict.fromkeys(c.owner for c in self.contacts))
         self.turns = self.shift = np.zeros(len(self.contacts))
         self.law = setup.task.impact or "newton"
         self.found: list[Event] = []

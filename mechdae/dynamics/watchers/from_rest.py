@@ -388,12 +388,12 @@ class WaysFromRest(Slips):
             found.append(np.array([IDLE if k in idle else 0.0 for k in rest]))
         return found
 
-    def _fits(self, tries: _Tries, sides: Floats, asked: list[int]) -> tuple[bool, float]:
+    def _fits(self, tries: _Tries, sides: Floats, tried: list[int]) -> tuple[bool, float]:
         """Return whether sides agree with what they lead to, for some of the slips at rest."""
         fits, worst = False, -np.inf
         for found in self._answers(*tries.at, self.signs(sides, tries.rest)):
-            margins = self._margins(sides, asked, found, tries.free)
-            moving = ~self.glides.still(sides)[asked] & (sides[asked] != IDLE)
+            margins = self._margins(sides, tried, found, tries.free)
+            moving = ~self.glides.still(sides)[tried] & (sides[tried] != IDLE)
             fits |= bool(((margins > 0) | ~moving & (margins >= -tries.slack)).all())
             worst = max(worst, float(margins.min(initial=np.inf)))
         return fits, worst
@@ -415,9 +415,9 @@ class WaysFromRest(Slips):
         return self.kernel.batch("sticking of", lambda: self.kernel.sticking_of, ())
 
     def _margins(
-        self, sides: Floats, asked: list[int], answer: list[Floats], free: Floats
+        self, sides: Floats, tried: list[int], answer: list[Floats], free: Floats
     ) -> Floats:
-        """Return by how much accelerations and forces are what slips need, (asked,).
+        """Return by how much accelerations and forces are what slips need, (tried,).
 
         A share of the limit of a force that holds, or of the rate of a speed that begins, beside
         that without friction.
@@ -427,7 +427,7 @@ class WaysFromRest(Slips):
         found = list[Any]()
         left: Any
         size: Any
-        for k in asked:
+        for k in tried:
             group = self.glides.group(k)
             if sides[k] == IDLE:
                 left, size = (1.0 if high[k] <= SLACK * high[self._other[k]] else -1.0), 1.0

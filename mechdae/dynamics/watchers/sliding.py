@@ -35,7 +35,6 @@ from mechdae.records import dataclass
 from mechdae.types import Floats, Matrix, Sym, Unknowns
 
 if TYPE_CHECKING:
-    from mechdae.equations.forces.feedback import Slip
     from mechdae.kernels.graphs.equations_of_motion import Kernel
 
 FIRST = 1e-14
@@ -131,7 +130,7 @@ class Glides:
         return found
 
 
-def weights_of(slips: list[Slip], p: Sym, values: Floats, kept: StructureCache) -> Floats:
+def weights_of(slips: list[Slip], p: Sym, values: Floats, cache: StructureCache) -> Floats:
     """Return the weights (k,) of slips for values of the parameters."""
     if all(isinstance(slip.weight, (int, float)) for slip in slips):
         return np.array([slip.weight for slip in slips], float)
@@ -140,7 +139,7 @@ def weights_of(slips: list[Slip], p: Sym, values: Floats, kept: StructureCache) 
         weights = ca.vertcat(*[ca.SX(slip.weight) for slip in slips])
         return Call(ca.Function("weights", [p], [ca.densify(weights)]))
 
-    return np.ravel(kept("weights", build)(values)[0])
+    return np.ravel(cache("weights", build)(values)[0])
 
 
 RESTS = 1e-9

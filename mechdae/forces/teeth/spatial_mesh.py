@@ -199,13 +199,13 @@ MOST = 5
 
 
 def teeth_along(
-    model: Any, kept: StructureCache, names: Sequence[str], columns: Sequence[int], q: Unknowns
+    model: Any, cache: StructureCache, names: Sequence[str], columns: Sequence[int], q: Unknowns
 ) -> tuple[tuple[str, AxesOfMesh], ...]:
     """Return how the axes of gears and racks lie.
 
     Parameters
     ----------
-    kept
+    cache
         Where functions of one structure are kept.
     columns
         Places in the model's q of the coordinates that move.
@@ -229,21 +229,18 @@ def teeth_along(
             row = next(row for row in model.rows if row.owner == name)
             works = [ca.jacobian(row.expression, model.q)[columns]]
             works += [
-                ca.horzcat(*[SX_ZERO + wrench.get(j, 0) for j in columns])
+                ca.horzcat(*[ca.SX(0) + wrench.get(j, 0) for j in columns])
                 for wrench in (mesh.column, mesh.apart)
             ]
             others = [ca.horzcat(mesh.bends, mesh.rolling_helix)]
             flat = ca.vec(ca.densify(ca.horzcat(*works, *others)))
             return Batch(ca.Function("works", [model.q[columns], model.p], [flat]), [1])
 
-        batch = kept(("works of teeth", name, axes), build)
+        batch = cache(("works of teeth", name, axes), build)
         found = batch(chosen, model.p_values)[0]
         equation, teeth, apart = (part * sizes for part in np.split(found[:, :-2], 3, axis=1))
         _compared(joints[name], axes, (equation, teeth, apart), *found[:, -2:].T)
     return lies
-
-
-SX_ZERO = ca.SX(0)
 
 
 def _compared(

@@ -158,7 +158,7 @@ def _least_fill(rows: list[Column]) -> list[int]:
     return order
 
 
-def recovered(r: Released, push: Sym, kept: Sym) -> Sym:
+def recovered(r: Released, push: Sym, multipliers: Sym) -> Sym:
     """Return the multipliers of all equations, (rows,).
 
     Those of the eliminated equations balance the eliminated coordinates, block by block; their
@@ -170,13 +170,13 @@ def recovered(r: Released, push: Sym, kept: Sym) -> Sym:
         The equations of motion.
     push
         Forces less inertia at the absolute coordinates, (nq,).
-    kept
-        Multipliers of the equations that are left.
+    multipliers
+        Those of the equations that are left.
     """
     model = r.model
     rows = ca.vertcat(*[row.expression for row in r.rows])
     gradient = ca.sparsify(r.moved(ca.jacobian(rows, model.q)))
-    found: dict[int, Sym] = {i: kept[k] for k, i in enumerate(r.left)}
+    found: dict[int, Sym] = {i: multipliers[k] for k, i in enumerate(r.left)}
     found |= {i: SX(0) for i in r.empty}
     columns: list[dict[int, Sym]] = [{} for _ in range(model.q.numel())]
     triplet = zip(*gradient.sparsity().get_triplet(), gradient.nonzeros(), strict=True)

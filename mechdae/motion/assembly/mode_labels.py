@@ -19,10 +19,8 @@ from mechdae.motion.assembly.turns.block_turns import BlockTurns
 from mechdae.types import Floats, Sym, Unknowns
 
 if TYPE_CHECKING:
-    from mechdae.equations.reduction import Scene
     from mechdae.kernels.graphs.blocks import BlockGraph
     from mechdae.motion.assembly.elimination import BlockSolver
-    from mechdae.motion.assembly.turns.block_turns import BlockTurns
 
 
 class Chooser:

@@ -6,14 +6,13 @@ of each gap along them is what its clearance adds.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from functools import partial
-
 import casadi as ca
 
+from mechdae.describe.joints.limits import GAPS
+from mechdae.equations.joints import opened
 from mechdae.equations.reduction import Scene
 from mechdae.parts.play.bands import BandGraphs
-from mechdae.parts.play.gaps import KEYS, opened, support
+from mechdae.parts.play.gaps import support
 from mechdae.parts.play.run import TURNS, WIDEST
 from mechdae.types import Sym
 
@@ -39,14 +38,10 @@ def _sizes(graphs: BandGraphs, forms: Sym) -> Sym:
     model, total = graphs.model, SX.zeros(forms.size1())
     for name, joint in model.mechanism.joints.items():
         rows = {row.part: k for k, row in enumerate(graphs.rows) if row.owner == name}
-        for key in KEYS:
+        for key in GAPS:
             if f"{name}.{key}" in model.numbers and rows:
                 centres = ca.norm_2(model.ends[name].gap) if joint.wheels == 2 else None
-                reach = opened(joint, key, partial(_number, model.numbers, name), centres)
+                reach = opened(joint, key, model.numbers, centres)
                 parts = [forms[:, rows[part]] for part in reach]
                 total += support(joint.hinge, parts, list(reach.values()), TINY)
     return total
-
-
-def _number(numbers: Mapping[str, Sym], name: str, key: str) -> Sym | None:
-    return numbers.get(f"{name}.{key}")

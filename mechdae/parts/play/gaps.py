@@ -5,10 +5,8 @@ W that is convex and symmetric: a disc of a pin in its bush, an interval of a pi
 teeth, a rhombus of the offset n and the tilt t of a block in its guide. What a set does to a linear
 form a w is its support function, the largest value there.
 
-Which side of its gap each joint lies on under load.
-
-A reaction holds a joint at the point of its gap where reaction times offset is least: it acts
-against the offset. To first order outputs move by their linear forms there. The reactions are
+Under load a reaction holds a joint at the point of its gap where reaction times offset is least: it
+acts against the offset. To first order outputs move by their linear forms there. The reactions are
 those of the pose without play; the angle of friction in a pin is not counted.
 """
 
@@ -16,21 +14,22 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
 import casadi as ca
 import numpy as np
 
 from mechdae.describe import Mechanism
 from mechdae.describe.joints.joint import Joint
+from mechdae.describe.joints.limits import GAPS
+from mechdae.equations.joints import opened
 from mechdae.equations.model import Model, Row
 from mechdae.errors import MechanismError
 from mechdae.records import dataclass
 from mechdae.results import Named
 from mechdae.types import Booleans, Floats, Sym
 
-KEYS = ("clearance", "backlash", "backlash_angle")
-"""Keys of joints that give a gap."""
+SX = ca.SX
 
 
 @dataclass(frozen=True)
@@ -40,7 +39,7 @@ class JointGap:
     Attributes
     ----------
     key
-        Of the file, ``clearance`` or another one of `KEYS`.
+        Of the file, ``clearance`` or another one of `GAPS`.
     size
         Its value there [m, rad].
     rows
@@ -111,7 +110,7 @@ def gaps_of(
             for k, row in enumerate(rows)
             if row.owner == name and not row.driver
         }
-        for key in KEYS:
+        for key in GAPS:
             size = values.get(f"{name}.{key}")
             if size is not None and places:
                 found.append((joint, key, size, places))
@@ -121,29 +120,6 @@ def gaps_of(
     for joint, key, size, _ in sized:
         _check_size(mechanism, joint, key, size)
     return [_gap(*each, values, centres) for each in sized]
-
-
-def opened(joint: Joint, key: str, number: Callable[[str], Sym], centres: Sym) -> dict[str, Sym]:
-    """Return how far each equation opens alone, by its part.
-
-    Parameters
-    ----------
-    number
-        Gives numbers of the joint by key, as floats or expressions; None without one.
-    centres
-        Distance of the centres of two wheels.
-    """
-    size = number(key)
-    if joint.hinge:
-        return {"x": size, "y": size}
-    if joint.straight:
-        length = number("contact_length") if joint.guide else None
-        if length is None:
-            return {"n": size}
-        return {"n": size, "turn": np.arcsin(2 * size / length)}  # both ends within the guide
-    if key == "backlash" and joint.wheels == 2:
-        return {"mesh": size / 2 * abs(1 - number("ratio")) / centres}
-    return {"mesh": size / 2}
 
 
 def _gap(
@@ -163,7 +139,7 @@ def _gap(
         raise MechanismError(
             "wheels about one axis have no pitch circle", where=where, hint="backlash_angle"
         )
-    reach = opened(joint, key, lambda word: values.get(f"{name}.{word}"), centres.get(name))
+    reach = opened(joint, key, values, centres.get(name))
     rows, units = (list(each) for each in zip(*[places[part] for part in reach], strict=True))
     each = np.stack([np.atleast_1d(size) for size in reach.values()], axis=1)
     return JointGap(name, key, size, rows, each, joint.hinge, units)
@@ -193,9 +169,6 @@ def _check_size(mechanism: Mechanism, joint: Joint, key: str, size: float) -> No
                 f"{length:g} m: it has to be smaller than the link",
                 where=f"joints.{joint.name}.{key}",
             )
-
-
-SX = ca.SX
 
 
 def multipliers(model: Model, joint: str, parts: Sequence[str]) -> Sym:

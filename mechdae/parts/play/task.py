@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import fields
 from typing import ClassVar
 
+from mechdae.describe.joints.limits import GAPS
 from mechdae.describe.mechanism import Mechanism
 from mechdae.describe.tasks.kinds import Sweep
 from mechdae.describe.tasks.motion import Reactions
 from mechdae.errors import MechanismError, UnavailableError
-from mechdae.parts.play.gaps import KEYS
 from mechdae.records import dataclass, optional
 
 
@@ -39,7 +39,7 @@ class Play(Sweep):
                 "bands are not computed in space: joints place bodies there, without equations "
                 "that a clearance opens", where="kind",
             )  # fmt: skip
-        given = [name for name, _ in mechanism.numbers() if name.rpartition(".")[2] in KEYS]
+        given = [name for name, _ in mechanism.numbers() if name.rpartition(".")[2] in GAPS]
         if not given:
             raise MechanismError(
                 "no joint has a clearance", where="joints", hint="clearance_mm = 0.02 of a pin"

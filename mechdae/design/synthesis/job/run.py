@@ -31,7 +31,6 @@ from mechdae.results import Result
 from mechdae.types import Complexes, Floats, Json
 
 if TYPE_CHECKING:
-    from mechdae.design.synthesis.exact.complete import PathWork
     from mechdae.design.synthesis.goals.base import Seed
 
 FORMAT = 1

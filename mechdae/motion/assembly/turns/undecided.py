@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -21,9 +21,6 @@ from mechdae.equations.groups import Group
 from mechdae.equations.reduction import Scene
 from mechdae.kernels.run.functions import Local
 from mechdae.types import Floats, Unknowns
-
-if TYPE_CHECKING:
-    from mechdae.types import Floats
 
 
 class NumberOfSketch(Protocol):

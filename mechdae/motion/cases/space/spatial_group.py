@@ -41,7 +41,6 @@ from mechdae.types import Floats, Unknowns
 
 if TYPE_CHECKING:
     from mechdae.describe.joints.joint import Joint
-    from mechdae.types import Floats
 
 LEGS = 6
 ALL_LEGS = f"homotopy: {MOST} complex poses are certified, as many as there can be"

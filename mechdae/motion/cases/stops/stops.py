@@ -60,18 +60,21 @@ class Stops:
         whole = np.where(self.angles & (half < np.pi), TURN * np.round(off / TURN), 0.0)
         return off - whole, half, middle
 
-    def over(self, scale: float, x: Unknowns, u: Floats, p: Floats) -> Matrix:
-        """Return which limits poses are beyond (n, k): 1 the greatest, -1 the least, 0 none."""
-        off, half, _ = self.off(x, u, p)
+    def over(
+        self, scale: float, x: Unknowns, u: Floats, p: Floats
+    ) -> tuple[Booleans, Callable[[int, int], str]]:
+        """Return which joints are beyond a limit (n, k), and what is said of it by pose, joint."""
+        off, half, middle = self.off(x, u, p)
         room = ROOM * np.where(self.angles, 1.0, scale)
-        with np.errstate(invalid="ignore"):
-            return np.where(np.abs(off) > half + room, np.sign(off), 0.0)
 
-    def sentence(self, k: int, side: float, middle: float, half: float) -> str:
-        """Return which limit a joint is beyond."""
-        c = self.coordinates[k]
-        word, end = c.text.rpartition(".")[2], "greatest" if side > 0 else "least"
-        return f"joint {c.part} is beyond its {end} {word} of {shown(c.unit, middle + side * half)}"
+        def sentence(n: int, k: int) -> str:
+            c, side = self.coordinates[k], np.sign(off[n, k])
+            word, end = c.text.rpartition(".")[2], "greatest" if side > 0 else "least"
+            limit = shown(c.unit, middle[n, k] + side * half[n, k])
+            return f"joint {c.part} is beyond its {end} {word} of {limit}"
+
+        with np.errstate(invalid="ignore"):
+            return np.asarray(np.abs(off) > half + room), sentence
 
 
 def _stops(scene: Scene) -> Stops:
@@ -83,8 +86,8 @@ def _stops(scene: Scene) -> Stops:
     return found
 
 
-def passed(model: Model, q: Unknowns, rebound: bool) -> tuple[Booleans, list[str]]:
-    """Return which released poses (n, nq) are beyond limits, and what is said of it.
+def passed(model: Model, q: Unknowns, rebound: bool) -> tuple[Booleans, dict[str, int]]:
+    """Return which released poses (n, nq) are beyond limits, what is said of it, where first.
 
     With `rebound` joints with a restitution are left out: they hit their stops.
     """
@@ -93,26 +96,18 @@ def passed(model: Model, q: Unknowns, rebound: bool) -> tuple[Booleans, list[str
         j.name for j in joints if not (rebound and getattr(j, "restitution", None) is not None)
     ]
     if not among:
-        return np.zeros(len(q), bool), []
+        return np.zeros(len(q), bool), {}
     stops = Stops(model, among, [model.q, ca.SX(0, 1)], lambda expression: expression)
-    none, p = np.zeros((len(q), 0)), model.p_values
-    over = stops.over(model.mechanism.scale, q, none, p)
-    _, half, middle = stops.off(q, none, p)
-    firsts = {
-        k: int(np.flatnonzero(over[:, k])[0]) for k in np.flatnonzero(over.any(axis=0)).tolist()
-    }
-    found = [stops.sentence(k, over[n, k], middle[n, k], half[n, k]) for k, n in firsts.items()]
-    return np.asarray(over.any(axis=1)), found
+    over, sentence = stops.over(model.mechanism.scale, q, np.zeros((len(q), 0)), model.p_values)
+    firsts = {k: int(np.argmax(over[:, k])) for k in np.flatnonzero(over.any(axis=0)).tolist()}
+    return over.any(axis=1), {sentence(n, k): n for k, n in firsts.items()}
 
 
 def beyond(scene: Scene, x: Unknowns, u: Floats, p: Floats) -> dict[int, str]:
     """Return which limit poses (n, nx) are beyond, by row."""
-    stops = _stops(scene)
-    over = stops.over(scene.model.mechanism.scale, x, u, p)
-    rows = np.flatnonzero(over.any(axis=1))
-    _, half, middle = stops.off(x, u, p) if rows.size else (over,) * 3
-    firsts = {int(n): int(np.flatnonzero(over[n])[0]) for n in rows}
-    return {n: stops.sentence(k, over[n, k], middle[n, k], half[n, k]) for n, k in firsts.items()}
+    over, sentence = _stops(scene).over(scene.model.mechanism.scale, x, u, p)
+    rows = np.flatnonzero(over.any(axis=1)).tolist()
+    return {n: sentence(n, int(np.argmax(over[n]))) for n in rows}
 
 
 class StopsAlong:
@@ -212,20 +207,18 @@ def mark(setting: Setting, run: Run) -> None:
     """
     scene, p = setting.scene, setting.assembler.p
     along, stops = StopsAlong(setting, run.path, run.evaluator), _stops(scene)
-    over = stops.over(scene.model.mechanism.scale, run.poses.x, run.values, p)
-    _, half, middle = (part[0] for part in stops.off(run.poses.x[:1], run.values[:1], p))
-    sentences = []
-    for k in np.flatnonzero(over.any(axis=0)).tolist():
-        rows = np.flatnonzero(over[:, k])
-        text = stops.sentence(k, over[rows[0], k], middle[k], half[k])
-        sentences.append(f"{text} at {_some(setting, run, rows)}")
+    over, sentence = stops.over(scene.model.mechanism.scale, run.poses.x, run.values, p)
+    places = {k: np.flatnonzero(over[:, k]) for k in np.flatnonzero(over.any(axis=0)).tolist()}
+    sentences = [
+        f"{sentence(int(rows[0]), k)} at {_some(setting, run, rows)}" for k, rows in places.items()
+    ]
     s = samples(run)
     if setting.plan.values is None:  # which ends at stops
         s = np.concatenate([s[:1] - HAIR * np.ptp(s), s, s[-1:] + HAIR * np.ptp(s)])
     met = along.met(s) if len(run.values) > 1 else []
     run.events += [along.event(run, *each) for each in met]
     meets = sorted({stops.coordinates[k].part for *_, k in met})
-    run.stopped = np.array(over.any(axis=1))
+    run.stopped = over.any(axis=1)
     if met and (setting.plan.by_value or setting.graphs.nu == 1):  # else there are ways around
         behind = _behind(along, run) & ~run.stopped
         if behind.any():
@@ -238,9 +231,7 @@ def mark(setting: Setting, run: Run) -> None:
         run.found.notes.append(f"{', '.join(FREE)} are not given: {', '.join(meets)} meets a stop")
     if sentences:
         run.fault = "; ".join(sentences)
-        run.summary["stopped"] = [
-            stops.coordinates[k].part for k in np.flatnonzero(over.any(axis=0))
-        ] or meets
+        run.summary["stopped"] = [stops.coordinates[k].part for k in places] or meets
 
 
 def _some(setting: Setting, run: Run, rows: Integers) -> str:
