@@ -1,6 +1,4 @@
-"""What is wrong with forces, in sentences, and the checks that come with them.
-
-The checks that come with forces: virtual power, energy along the path, balance of bodies.
+"""What is wrong with forces, in sentences; virtual power, energy, balance of bodies as checks.
 
 The power balance of one pose is an identity of the equations that were solved: it finds a
 force that does work where it should not, and nothing that is wrong in the accelerations. The

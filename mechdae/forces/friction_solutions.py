@@ -1,6 +1,7 @@
 """All solutions of friction at a pose: none, one or several.
 
-A group's sizes m solve m_j = size_j(L + S m). Guides, slots and meshes are piecewise linear:
+A group's sizes m solve m_j = size_j(L + S m), lengths of vectors or the largest of several forms
+L + S m, which are linear in the sizes. Guides, slots and meshes are piecewise linear:
 every choice of pieces gives linear equations, and all choices are tried, so that their count
 is proved. Pins are lengths of vectors: one pin leaves a quadratic equation, several are
 solved by Newton's method, their count is proved where the map contracts and otherwise that
@@ -8,10 +9,6 @@ of the solutions found, as in groups with ball joints. Groups are solved one aft
 the last one, each solution leads to those of the groups before it.
 
 Which of them continues the one without friction: `forces/friction_branches.py`.
-
-Laws of friction: sizes of forces that are lengths of vectors, or the largest of several forms.
-
-Sizes m of a group solve m_j = size_j(L + S m), with forms L + S m that are linear in the sizes.
 """
 
 from __future__ import annotations

@@ -8,7 +8,7 @@ import casadi as ca
 
 from mechdae.describe.mechanism import GROUND
 from mechdae.equations.coordinates import QUATERNION
-from mechdae.equations.tree.spatial_frames import TreeFrame, told
+from mechdae.equations.tree.spatial_frames import TreeFrame, spherical
 from mechdae.equations.tree.tree_model import TreeModel
 from mechdae.types import Sym
 
@@ -67,7 +67,7 @@ def _of_owner(
     first, second = (frames[body] for body in joint.bodies[:2])
     if joint.pointer:
         ends = [f.point(_own(model, p)) for f, p in ((first, joint.first), (second, joint.second))]
-        return told(joint, model.numbers, ends[1] - ends[0]), SX.eye(3)
+        return spherical(joint, model.numbers, ends[1] - ends[0]), SX.eye(3)
     A1, A2 = (f.side(model._side(owner, bool(k))) for k, f in enumerate((first, second)))
     gap = second.point(_own(model, joint.second)) - first.point(_own(model, joint.first))
     Q, t = A1.T @ A2, A1.T @ gap

@@ -164,7 +164,7 @@ def span(joint: Joint, numbers: Mapping[str, Sym], symbols: Mapping[str, Sym]) -
     return ca.vertcat(level * ca.cos(a), length * ca.sin(e), level * ca.sin(a))
 
 
-def told(joint: Joint, numbers: Mapping[str, Sym], way: Sym) -> dict[str, object]:
+def spherical(joint: Joint, numbers: Mapping[str, Sym], way: Sym) -> dict[str, object]:
     """Return the coordinates of a vector that is `way` (3,), the usual one of equal triples."""
     length, e, a = (numbers.get(f"{joint.name}.{w}") for w in WORDS)
     x, y, z = ca.vertsplit(way)

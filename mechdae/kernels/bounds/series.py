@@ -4,10 +4,7 @@ A value is a polynomial in 0 <= t <= 1 and a bound of its distance from the func
 stands for. Sums, products, sines and cosines keep both; what else a function holds is refused.
 Rounding is not in the bound.
 
-Power series with symbols for coefficients and a bound of what is left out, in casadi graphs.
-
-A value is c_0 + c_1 t + ... + c_k t^k for -1 <= t <= 1 and a bound of its distance from the
-function that it stands for. As `series`, but as a graph, which is evaluated for many steps at once.
+With symbols for coefficients they are graphs, over -1 <= t <= 1, evaluated for many steps at once.
 """
 
 from __future__ import annotations
