@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -102,12 +102,19 @@ def reported(result: Result, options: argparse.Namespace) -> int:
     else:
         columns = column_names(options) if getattr(options, "columns", None) else None
         print(table(result, sys.stdout.isatty(), columns), end="")
-    for note in result.summary.get("notes", []):
-        message(f"mechdae: note: {note}", options.quiet)
+    code = remarks(result, options.quiet)
     if options.out:
         for path in save(result, Path(options.out)):
             message(f"written: {path}", options.quiet)
+    return code
+
+
+def remarks(result: Result, quiet: bool, said: Sequence[str] = ()) -> int:
+    """Print notes but those `said` of the file, and the fault; return the exit code."""
+    start, in_text = f"mechdae: task {result.task}:", result.units.in_text
+    for note in result.summary.get("notes", ()):
+        if not any(note.split(" is in")[0] in text for text in said):
+            message(f"{start} note: {in_text(note)}", quiet)
     if result.fault:
-        message(f"mechdae: task {result.task}: {result.fault}", False)
-        return 1
-    return 0
+        message(f"{start} {in_text(result.fault)}", False)
+    return int(bool(result.fault))

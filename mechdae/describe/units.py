@@ -303,8 +303,10 @@ SHOWN = tuple(dict.fromkeys(name for _, name, _, _ in KNOWN.values()))
 """How units are written, SI and others."""
 
 
-def units_of(text: str | Sequence[str] = (), written: str = "") -> Units:
+def units_of(text: str | Sequence[str] | Units = (), written: str = "") -> Units:
     """Return the units that a text names: ``mm,deg,kN``; of other quantities those `written`.
+
+    Those of other `Units` have the same names, and what these were written in.
 
     Lengths give the units of their rates, of areas and curvatures, angles those of their rates
     unless angular speeds have one of their own (``deg,rpm``).
@@ -316,6 +318,8 @@ def units_of(text: str | Sequence[str] = (), written: str = "") -> Units:
     InputError
         Two units of one quantity, or none at all.
     """
+    if isinstance(text, Units):
+        text, written = text.asked, text.written or written
     words = text.split(",") if isinstance(text, str) else text
     return _units(tuple(name.strip() for name in words), written)
 

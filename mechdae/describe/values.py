@@ -63,10 +63,6 @@ if TYPE_CHECKING:
     NumberTableOrNone = Takes[Mapping[str, Number] | None, Table[Number] | None]
     PointTable = Takes[Mapping[str, Sequence[Number] | Floats], Table[tuple[Number, ...]]]
     NumberRows = Takes[Sequence[Sequence[Number]] | Floats, tuple[tuple[Number, ...], ...]]
-    NumberRowsOrNone = Takes[
-        Sequence[Sequence[Number]] | Floats | None, tuple[tuple[Number, ...], ...] | None
-    ]
-    FloatRows = Takes[Sequence[Sequence[float]] | Floats, tuple[tuple[float, float], ...]]
     FloatRowsOrNone = Takes[
         Sequence[Sequence[float]] | Floats | None, tuple[tuple[float, float], ...] | None
     ]

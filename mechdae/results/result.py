@@ -167,10 +167,7 @@ class Result(Record, OfOtherKinds, Shown):
         InputError
             No units, or two of one quantity.
         """
-        written = self.mechanism.units
-        if isinstance(units, Units):
-            written, units = units.written or written, units.asked
-        shown = units_of(units, written)
+        shown = units_of(units, self.mechanism.units)
         return self if shown == self.units else replace(self, units=shown)
 
     def finer(self, parts: int) -> Result:

@@ -85,8 +85,7 @@ def solve(
     try:
         return run(whole, name, **options).in_units(units)
     except SolveError as error:
-        asked = units.asked if isinstance(units, Units) else units
-        shown = units_of(asked, whole.mechanism.units)
+        shown = units_of(units, whole.mechanism.units)
         error.what, error.hint = shown.in_text(error.what), shown.in_text(error.hint)
         raise
 

@@ -262,6 +262,7 @@ def test_messages_have_the_lengths_of_the_file(tmp_path, capsys) -> None:
     assert "limit position at cyl.slide = 281.555 mm" in said  # the hypotenuse of hx, hy and a
     assert main(["solve", str(path), "--task", "close", "--units", "m"]) == 1
     assert "limit position at cyl.slide = 0.281555 m" in capsys.readouterr().err
+    assert "limit position at cyl.slide = 281.555 mm" in md.solve(path, "close")._repr_html_()
     far = {"b_mm": 5}
     with pytest.raises(md.SolveError, match=r"stays open by [\d.]+ mm"):
         md.solve("toggle-clamp", "close", set=far)

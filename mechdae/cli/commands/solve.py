@@ -15,7 +15,7 @@ from mechdae.cli.options import (
     units_argument,
     units_asked,
 )
-from mechdae.cli.progress import clear, progress
+from mechdae.cli.progress import clear, progress, remarks
 from mechdae.errors import InputError, SolveError
 
 
@@ -86,13 +86,7 @@ def run(options: argparse.Namespace) -> int:
         if not options.json:
             columns = column_names(options) if options.columns else None
             print(table(result, sys.stdout.isatty(), columns))
-        for note in result.summary.get("notes", []):
-            if any(note.split(" is in")[0] in known for known in problem.notes):
-                continue  # said of the file already
-            message(f"mechdae: task {name}: note: {result.units.in_text(note)}", options.quiet)
-        if result.fault:
-            message(f"mechdae: task {name}: {result.units.in_text(result.fault)}", False)
-            code = 1
+        code = max(code, remarks(result, options.quiet, problem.notes))
     if options.json:
         from mechdae.tasks.export import json_text
 

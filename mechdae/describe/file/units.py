@@ -26,18 +26,13 @@ if TYPE_CHECKING:
     from mechdae.describe.loads import Load
 
 
-RATES = {
-    **dict.fromkeys(("at", "from", "to", "law"), ""),
-    **{"speed": "/s", "acceleration": "/s2", "jerk": "/s3"},
-}
-"""Keys of a driver whose values have the unit of its coordinate, over powers of the second."""
-
-
 SUFFIXES = sorted(UNITS, key=len, reverse=True)
 VARIED = ("vary", "samples")
 """Keys of a study whose tables are numbers by name."""
 PLACES = ("at", "from", "to", "law")
 """Keys of a driver whose values are those of its coordinate."""
+RATES = dict.fromkeys(PLACES, "") | {"speed": "/s", "acceleration": "/s2", "jerk": "/s3"}
+"""Keys of a driver whose values have the unit of its coordinate, over powers of the second."""
 QUANTITIES = {
     **{"position": "m", "velocity": "m/s", "acceleration": "m/s2", "length": "m"},
     **{"slide": "m", "slide_velocity": "m/s", "slide_acceleration": "m/s2"},
@@ -147,12 +142,16 @@ def check_units(mechanism: Mechanism, tasks: Mapping[str, Task], data: Mapping[s
         tables = [("driver", task["driver"])] if "driver" in task else []
         tables += [(f"drivers[{k}]", item) for k, item in enumerate(task.get("drivers", ()))]
         for place, table in tables:
-            unit = unit_of(mechanism, table["coordinate"])
-            units = {key: f"{unit}{rate}" if unit else None for key, rate in RATES.items()}
             try:
-                check_suffixes(table, units)
+                check_suffixes(table, units_of_driver(mechanism, table["coordinate"]))
             except MechdaeError as error:
                 raise error.inside(f"tasks.{name}.{place}") from None
+
+
+def units_of_driver(mechanism: Mechanism, name: str) -> dict[str, str | None]:
+    """Return the units of the keys of a driver of a coordinate, None where it has none."""
+    unit = unit_of(mechanism, name)
+    return {key: f"{unit}{rate}" if unit else None for key, rate in RATES.items()}
 
 
 def written_units(

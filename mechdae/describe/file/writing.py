@@ -19,7 +19,7 @@ from mechdae.describe.file.load import SCHEMA
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.file.reading import split_known, to_si
 from mechdae.describe.file.tabulated import write_tables
-from mechdae.describe.file.units import RATES
+from mechdae.describe.file.units import units_of_driver
 from mechdae.describe.joints.joint import Joint
 from mechdae.describe.loads import TableLoad
 from mechdae.describe.mechanism import TOLERANCE, Mechanism
@@ -144,11 +144,9 @@ def _dumps(problem: Problem, suffixes: Mapping[str, str]) -> str:
         if getattr(problem, entry):
             lines.append(f"{entry} = {_text(getattr(problem, entry))}")
     tasks = {name: given(task) for name, task in problem.tasks.items()}
-    for table in tasks.values() if suffixes else ():
-        for driver in [table[key] for key in ("driver",) if key in table]:
-            unit = unit_of(problem.mechanism, driver.coordinate)
-            units = {key: f"{unit}{rate}" for key, rate in RATES.items()}
-            table["driver"] = _suffixed(given(driver), units, suffixes)
+    for table in [table for table in tasks.values() if suffixes and "driver" in table]:
+        units = units_of_driver(problem.mechanism, table["driver"].coordinate)
+        table["driver"] = _suffixed(given(table["driver"]), units, suffixes)
     expected = [given(entry) for entry in problem.expected]
     typed, plain = problem.pattern, False
     same = typed.problem(problem.name) if typed and not typed.settings else None

@@ -40,10 +40,6 @@ from mechdae.records import dataclass
 from mechdae.types import Floats, Json, Matrix
 
 ROUNDS = 8
-KEPT = 1e-7
-"""Largest violation of a (dimensionless) constraint after an exchange."""
-Change = NewValues
-"""Values of variables and parameters of the NLP, by name."""
 
 
 def exchanged(
@@ -58,7 +54,7 @@ def exchanged(
             break
         after = {**given, **change[1]}
         new = nlp.again(nlp.point({**values, **change[0]}), after, found)
-        if new.violation > KEPT or not np.isfinite(new.objective):
+        if new.violation > FEASIBLE or not np.isfinite(new.objective):
             break
         count, seconds = found.iterations + new.iterations, found.seconds + new.seconds
         found = replace(new, status=found.status, iterations=count, seconds=seconds)
@@ -71,7 +67,7 @@ def _change(
     spread: Spread,
     values: Mapping[str, Floats],
     given: Mapping[str, Floats | float],
-) -> Change | None:
+) -> NewValues | None:
     """Return what moves, None where the nodes see all extremes."""
     changes = [goal.refined(spread, values, given) for goal in [*search.goals, *search.limits]]
     changes.append(fallen(spread, values, given))

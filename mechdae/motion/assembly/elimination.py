@@ -231,7 +231,7 @@ class BlockSolver(OtherForms):
         while degree > 0 and abs(c[0]) <= noise and abs(c[-1]) <= noise:
             c, degree = c[1:-1], degree - 1
         empty = np.zeros((0, self.n))
-        if size <= self._noise(alpha):
+        if size <= self._noise():
             return Solutions(empty, False, free=True)
         if degree == 0:
             return Solutions(empty, True, float(np.abs(values).min()))
@@ -247,6 +247,6 @@ class BlockSolver(OtherForms):
             return Solutions(complete(np.array(both) * m), sure)
         return self._higher(c, g, alpha, complete, values)
 
-    def _noise(self, alpha: int) -> float:
+    def _noise(self) -> float:
         """Return the size below which g is zero for all angles: rounding of its terms."""
         return self._scale**2 * 256 * np.finfo(float).eps if self.n == 2 else 0.0

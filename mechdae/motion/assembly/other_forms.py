@@ -46,11 +46,6 @@ def zero(a: Floats) -> Decimal | float:
     return Decimal(0) if a.dtype == object else 0.0
 
 
-def half_turn(a: Floats) -> Decimal | float:
-    """Return pi in the digits of an array."""
-    return PI if a.dtype == object else np.pi
-
-
 class OtherForms:
     """The part of a block's solver for other forms than two links; the rest is that of the heir."""
 

@@ -240,12 +240,7 @@ class Track:
         _, columns, a, b, rising = brackets(poses.s, f, df, value)
         if moving is not None:
             remaining = np.asarray(moving)[columns]
-            columns, a, b, rising = (
-                columns[remaining],
-                a[remaining],
-                b[remaining],
-                rising[remaining],
-            )
+            columns, a, b, rising = (part[remaining] for part in (columns, a, b, rising))
         places = self.refine(family, columns, a, b, rising)
         return [np.sort(places[(columns == k) & np.isfinite(places)]) for k in range(f.shape[1])]
 

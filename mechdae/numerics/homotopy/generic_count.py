@@ -13,8 +13,6 @@ Grasegger, Koutschan, Lubbes, Schicho 2018). For matroids M and N on the element
 
 over the ways to part E - e into P and Q such that P + e is a flat of M and Q + e one of N.
 
-How many complex poses a linkage with guides and slots has for generic dimensions.
-
 With turns w_j and slides s_k along lines that turn with j(k), the closures are linear in
 (w_j, s_k w_j(k)): a linear space L. Their mirror images are linear in (1/w_j, s_k / w_j(k)), which
 are monomials in the former, y = T(x). Sizes of parts and lines scale the coordinates of one space

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import base64
 import html
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import fields, replace
 from functools import lru_cache
 from pathlib import Path as FilePath
@@ -148,8 +148,7 @@ def page(
         raise InputError(
             f"a page shows {', '.join(KINDS)}, not {chosen.kind}", where=f"tasks.{name}"
         )
-    names = units.asked if isinstance(units, Units) else units
-    return _page(whole, name, lang, names, dumps(whole))
+    return _page(whole, name, lang, units_of(units).asked, dumps(whole))
 
 
 def _check_again(result: Result) -> None:
@@ -210,8 +209,8 @@ def _loaded(problem: Problem, task: Reactions, lang: str) -> tuple[LoadedRun | N
 
 
 @lru_cache(maxsize=MOST_PAGES)
-def _page(problem: Problem, name: str, lang: str, asked: str | Sequence[str], file: str) -> Page:
-    units, found = units_of(asked, problem.mechanism.units), _followed(problem, name, lang)
+def _page(problem: Problem, name: str, lang: str, names: tuple[str, ...], file: str) -> Page:
+    units, found = units_of(names, problem.mechanism.units), _followed(problem, name, lang)
     setting, run, result, task = found.setting, found.run, found.result, found.task
     reason = said(live.why_recorded(setting, run, task), lang, kind=getattr(task, "kind", ""))
     data: Json = {

@@ -29,9 +29,6 @@ from mechdae.records import dataclass
 from mechdae.results import Named
 from mechdae.types import Booleans, Floats, Sym
 
-SX = ca.SX
-
-
 @dataclass(frozen=True)
 class JointGap:
     """The gap of one joint.
@@ -176,17 +173,17 @@ def multipliers(model: Model, joint: str, parts: Sequence[str]) -> Sym:
     ends = model.ends[joint]
 
     def along(direction: Sym) -> Sym:
-        return ca.horzcat(direction.T, SX(1, 1))
+        return ca.horzcat(direction.T, ca.SX(1, 1))
 
     def of(part: str) -> Sym:
         if part in "xy":
-            return SX.eye(3)["xy".index(part), :]
+            return ca.SX.eye(3)["xy".index(part), :]
         if part == "n":
             return along(ends.normal())
         if part == "turn":
-            return SX.eye(3)[2, :]
+            return ca.SX.eye(3)[2, :]
         if ends.joint.wheels == 2:
-            return SX.eye(3)[2, :] / ends.number("ratio")
+            return ca.SX.eye(3)[2, :] / ends.number("ratio")
         a = ends.number("axis")
         return along(ends.second.direction(ca.vertcat(ca.cos(a), ca.sin(a))))
 

@@ -122,10 +122,8 @@ class Quantities:
             joint, _, word = name.rpartition(".")
             series = self.result.joints.get(joint, {})
             if word in series:
-                unit, noise = (
-                    self.result.unit("joints", joint, word),
-                    self.noise("joints", joint, word),
-                )
+                unit = self.result.unit("joints", joint, word)
+                noise = self.noise("joints", joint, word)
                 found.append(self.column(name, unit, series[word], noise))
         return found
 

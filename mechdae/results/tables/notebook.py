@@ -37,7 +37,7 @@ def _short(result: Result) -> str:
     )
     title = f"{result.problem} / {result.task} ({result.kind}) {result.title}".rstrip()
     notes = [f"{len(places)} of {len(result)} poses"] if len(places) < len(result) else []
-    notes += [result.fault] if result.fault else []
+    notes += [result.units.in_text(result.fault)] if result.fault else []
     return (
         f"<p><b>{escape(title)}</b></p><table><thead><tr>{head}</tr></thead>"
         f"<tbody>{rows}</tbody></table><p>{escape('; '.join(notes))}</p>"

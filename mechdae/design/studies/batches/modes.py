@@ -124,14 +124,12 @@ class StartingModes:
     def _far(self, part: list[int], x: Unknowns, u: Floats, numbers: Numbers) -> Floats:
         """Return the sums of squares by which poses of lanes are off their sketches."""
         total = np.zeros(len(x))
-        for n, entry in enumerate(self.sketched.entries):
+        for entry in self.sketched.entries:
             if entry.stage in part:
-                total += self._gaps(n, entry, x, u, numbers) ** 2
+                total += self._gaps(entry, x, u, numbers) ** 2
         return total
 
-    def _gaps(
-        self, n: int, entry: SketchNumber, x: Unknowns, u: Floats, numbers: Numbers
-    ) -> Floats:
+    def _gaps(self, entry: SketchNumber, x: Unknowns, u: Floats, numbers: Numbers) -> Floats:
         value: Batch = self.graphs.cache(
             ("sketched", entry.coordinate), lambda: Batch(entry.value.function)
         )

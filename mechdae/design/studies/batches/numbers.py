@@ -161,7 +161,7 @@ def numbers_of(
         if isinstance(here, np.ndarray):
             moved |= floats(here, count) != evaluate(number, mechanism.parameter_values)
     sketches, start = _sketches(mechanism, setting, columns)
-    suspect = _suspect(mechanism, model, columns)
+    suspect = _suspect(mechanism, columns)
     scale = _scale(setting)(p)[0][:, 0]
     left = columns.bad | moved | suspect | ~np.isfinite(p).all(axis=1)
     left |= ~np.isfinite(np.array(rates)).all(axis=0)
@@ -191,7 +191,7 @@ def _sketches(mechanism: Mechanism, setting: Setting, columns: Columns) -> tuple
     return Sketches(angles, places), floats(start, count)
 
 
-def _suspect(mechanism: Mechanism, model: Model, columns: Columns) -> Booleans:
+def _suspect(mechanism: Mechanism, columns: Columns) -> Booleans:
     """Return the sets (k,) whose values may make no mechanism: they are checked one by one."""
     found = np.zeros(columns.count, bool)
     numbers = dict(mechanism.numbers())

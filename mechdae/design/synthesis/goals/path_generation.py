@@ -18,7 +18,6 @@ import casadi as ca
 import numpy as np
 
 from mechdae.describe.tasks.goals import Visits
-from mechdae.describe.tasks.goals import Visits as Asked
 from mechdae.design.synthesis.exact.complete import Follow, here
 from mechdae.design.synthesis.fourbar.solutions import WithinBounds, freedoms_left, solutions
 from mechdae.design.synthesis.fourbar.starts import FourBarStarts
@@ -162,7 +161,7 @@ class VisitsGoal(Goal):
     deviates = True
     between_nodes = False
 
-    def __init__(self, asked: Asked, name: str) -> None:
+    def __init__(self, asked: Visits, name: str) -> None:
         self.asked, self.name = asked, name
         self.visited: Visited = visited(asked)
         self.targets: Floats = self.visited.wanted

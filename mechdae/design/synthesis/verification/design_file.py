@@ -81,15 +81,15 @@ class DesignFile:
 
     # -- sweeps --------------------------------------------------------------------------------
 
+    def poses_at(self, at: Floats | list[float]) -> Sweep:
+        """Return the task of poses at driver values."""
+        return Sweep(Driver(self.driver, at=tuple(float(value) for value in at)))
+
     def swept(
         self, at: Floats | list[float], outputs: tuple[str, ...]
     ) -> tuple[Result | None, list[str]]:
         """Return the poses at driver values, and what is wrong with them."""
-        task = Sweep(
-            Driver(self.driver, at=tuple(float(value) for value in at)), outputs=outputs,
-            derivatives=0,
-        )  # fmt: skip
-        found, bad = self._swept(task)
+        found, bad = self._swept(replace(self.poses_at(at), outputs=outputs, derivatives=0))
         if found is None:
             return None, [f"does not assemble: {bad}"]
         if found.summary.get("stopped"):

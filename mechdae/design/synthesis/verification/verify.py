@@ -21,7 +21,6 @@ from mechdae.describe.tasks.goals import (
     StraightLine,
     Visits,
 )
-from mechdae.describe.tasks.kinds import Driver, Sweep
 from mechdae.design.synthesis.robust.values import of_largest, of_squares
 from mechdae.design.synthesis.verification.claims import Claim, Stated, Worth
 from mechdae.design.synthesis.verification.design_file import AXES, ORIGIN, TURN, DesignFile
@@ -111,8 +110,8 @@ def _deviated(
     asked: Visits, at: Floats, design: DesignFile, names: Sequence[str]
 ) -> tuple[Points, Matrices]:
     """Return residuals (k, m) [m] at driver values, and derivatives (k, m, nt) by names."""
-    task = Sweep(Driver(design.driver, at=tuple(float(u) for u in at)))
-    what, wanted, size = asked.what, np.array(asked.places), size_of(asked)
+    task, what = design.poses_at(at), asked.what
+    wanted, size = np.array(asked.places), size_of(asked)
     if not asked.is_motion:
         path = f"points/{what}/position"
         value, slopes = design.slopes(task, (path,), names)[path]
@@ -176,9 +175,9 @@ def of_line(stated: Stated, claim: Claim, design: DesignFile) -> Worth:
         defects.append(f"the stroke is {stroke:.6g} m, not {goal.stroke:.6g} m")
     value, parts = float(np.abs(errors).max()) / stroke, None
     if stated.robust is not None:
-        task = Sweep(Driver(design.driver, at=tuple(float(u) for u in at)))
         path = f"points/{goal.point}/position"
-        slopes = design.slopes(task, (path,), stated.robust.names)[path][1]
+        task, names = design.poses_at(at), stated.robust.names
+        slopes = design.slopes(task, (path,), names)[path][1]
         slopes = normal @ slopes * stated.robust.sigmas
         value, parts = of_largest(np.abs(errors), slopes[:, None], stated.robust.factor, stroke)
     return Worth(value, errors[np.isin(shares, fine)], defects, parts)
@@ -301,8 +300,7 @@ def _robust(
     assert isinstance(goal, FunctionTargets)
     assert robust is not None
     path, columns = _path(coordinate(design.problem.mechanism, goal.output))
-    task = Sweep(Driver(design.driver, at=tuple(float(u) for u in at)))
-    _, slopes = design.slopes(task, (path,), robust.names)[path]
+    _, slopes = design.slopes(design.poses_at(at), (path,), robust.names)[path]
     slopes = slopes[:, columns] * robust.sigmas
     if goal.measure == "minimax":
         return of_largest(np.abs(errors), slopes, robust.factor)

@@ -55,7 +55,7 @@ def drawn_pose(sketched: Sketched, b: int, x: Any, u: Any) -> tuple[Any, bool] |
     sigma = 1.0
     if lengths:
         columns = [unknowns[k] for k in lengths]
-        held = [e for e in sketched.entries if _tells(e, columns, unknowns, x)]
+        held = [e for e in sketched.entries if _tells(e, columns, unknowns)]
         for _ in range(ITERATIONS):
             F, J = block.equations(pose)
             A = np.vstack([J[:, lengths], block.slopes(held, lengths, pose)])
@@ -83,7 +83,7 @@ def drawn_pose(sketched: Sketched, b: int, x: Any, u: Any) -> tuple[Any, bool] |
     return pose[unknowns], FARTHER * far < sigma * APART * beta
 
 
-def _tells(entry: SketchNumber, columns: list[int], unknowns: list[int], x: Unknowns) -> bool:
+def _tells(entry: SketchNumber, columns: list[int], unknowns: list[int]) -> bool:
     """Return whether an entry of the sketch holds some of the lengths, and nothing unsolved."""
     held = set(entry.value.held[0])
     return bool(held & set(columns)) and held <= set(range(min(unknowns))) | set(unknowns)

@@ -270,7 +270,7 @@ def assign(
     wanted, least = (USUAL, 1) if count is None else (count, count)
     _check(whole, wanted, positions, seed, transmission_angle)
     drawn = ranges(whole, vary)
-    shown = _units(units.asked if isinstance(units, Units) else units, whole, drawn)
+    shown = _units(units, whole, drawn)
     words = Phrases(lang, "assignments", shown), Phrases(lang, "reports"), Phrases(lang)
     name = moving_task(whole, named, ends=True)
     bare = _with_positions(whole, name, positions)
@@ -290,13 +290,13 @@ def assign(
     return Assignments(whole.name, tuple(_VariantWriter(*shared).all(found)), tried)
 
 
-def _units(names: str | Sequence[str], problem: Problem, drawn: Sequence[RoundRange]) -> Units:
+def _units(units: str | Units, problem: Problem, drawn: Sequence[RoundRange]) -> Units:
     """Return the units of sheets: lengths as names for, drawn or written, else in millimetres."""
-    shown = units_of(names, problem.mechanism.units)
-    if "m" in units_of(names).by_si:
+    shown = units_of(units, problem.mechanism.units)
+    if "m" in units_of(shown.asked).by_si:
         return shown
-    units = parameter_units(problem.mechanism, problem.tasks.values())
-    lengths = [n.unit or "m" for n in drawn if units.get(n.base) == "m"]
+    by_name = parameter_units(problem.mechanism, problem.tasks.values())
+    lengths = [n.unit or "m" for n in drawn if by_name.get(n.base) == "m"]
     lengths += ["mm"] * ("m" not in shown.by_si)
     return units_of((*shown.asked, *lengths[:1]), problem.mechanism.units)
 

@@ -80,7 +80,7 @@ def run(options: argparse.Namespace) -> int:
         raise InputError("is a file, not a folder", where=f"--out {options.out}")
     judgment = judged(options.judges) if options.judges else None
     problem = problem_of(options)
-    units = units_of(units_asked(options).asked, problem.mechanism.units)
+    units = units_of(units_asked(options), problem.mechanism.units)
     show = progress("variants", options.quiet)
     try:
         ranking = rank(
