@@ -53,18 +53,13 @@ def idle_links(mechanism: Mechanism, named: Iterable[str] = ()) -> dict[str, Idl
     for body, joints in joints_of.items():
         if len(joints) != 2 or not all(j.ball for j in joints) or body in held:
             continue
-        ends_of_body = [j.first if j.first_body == body else j.second for j in joints]
-        ends = [j.second if j.first_body == body else j.first for j in joints]
-        others = [end.split(".")[0] for end in ends]
-        if ends_of_body[0] == ends_of_body[1] or others[0] == others[1] or taken & set(others):
+        near, far = zip(*(joint.ends_at(body) for joint in joints), strict=True)
+        others = [end.split(".")[0] for end in far]
+        if near[0] == near[1] or others[0] == others[1] or taken & set(others):
             continue
         taken.add(body)
         found[body] = IdleLink(
-            body,
-            joints[0].name,
-            (joints[1].name,),
-            (ends_of_body[0], ends_of_body[1]),
-            (ends[0], ends[1]),
+            body, joints[0].name, (joints[1].name,), (near[0], near[1]), (far[0], far[1])
         )
     return found
 

@@ -143,6 +143,11 @@ class Joint(Value):
         """Its bodies are loaded by a force that its own numbers give."""
         return bool(self.keep_for) and getattr(self, self.keep_for) is not None
 
+    def ends_at(self, body: str) -> tuple[str, str]:
+        """Return its point on a body, and that on the other one."""
+        ends = self.first, self.second
+        return ends if self.first_body == body else ends[::-1]
+
     def turn_ratio(self, values: Mapping[str, float]) -> float:
         """Return (w1 - wc) / (w2 - wc) of two wheels, by the mechanism's numbers."""
         return self.sense * values[f"{self.name}.ratio"]
@@ -261,14 +266,18 @@ class Joint(Value):
 WIDE, STIFF = "width of the contact across the plane", "2/E' = (1 - nu1^2)/E1 + (1 - nu2^2)/E2"
 TURN = 2 * math.pi
 LIMITS = ("limits.low", "limits.high")
+STOPS = "least and greatest slide"
 REBOUNDS = "speed behind an impact over that before, in motions, from 0 to 1"
 SIDES, SENSES = ("left", "right"), ("positive", "negative")
 LIES = "side on which the second body lies, and to which alone the contact pushes it"
 TURNS = "sense in which alone the teeth push the second body"
 CONTACT = ("face_width", "contact_modulus", "tip_radius", "shoe_length")
 """Numbers of the contact's surfaces, which only its pressure and wear need."""
+GAPS = ("clearance", "backlash", "backlash_angle")
+"""Keys that give a gap."""
 NOT_NEGATIVE = (
     *CONTACT,
+    *GAPS,
     "friction",
     "friction_static",
     "pin_radius",
@@ -282,7 +291,4 @@ NOT_NEGATIVE = (
     "pretension",
     "press",
     "adhesion",
-    "clearance",
-    "backlash",
-    "backlash_angle",
 )

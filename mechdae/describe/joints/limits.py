@@ -4,10 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from mechdae.describe.joints.joint import Joint
-
-GAPS = ("clearance", "backlash", "backlash_angle")
-"""Keys of joints that give a gap."""
+from mechdae.describe.joints.joint import GAPS, Joint
 
 
 def limited(joints: Mapping[str, Joint]) -> list[Joint]:

@@ -5,15 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, ClassVar
 
-from mechdae.describe.joints.joint import LIES, REBOUNDS, SIDES, STIFF, WIDE, Joint
+from mechdae.describe.joints.joint import LIES, REBOUNDS, SIDES, STIFF, STOPS, WIDE, Joint
 from mechdae.describe.values import Number
 from mechdae.errors import MechanismError
 from mechdae.records import dataclass, key, optional
 
 if TYPE_CHECKING:
     from mechdae.describe.values import NumbersOrNone
-
-STOPS = "least and greatest slide"
 
 
 @dataclass(frozen=True)

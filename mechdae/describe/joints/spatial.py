@@ -13,7 +13,7 @@ from collections.abc import Hashable, Iterator, Mapping
 from dataclasses import fields, replace
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from mechdae.describe.joints.joint import PRESSURE_ANGLE, REBOUNDS, SENSES, TURNS, Joint
+from mechdae.describe.joints.joint import PRESSURE_ANGLE, REBOUNDS, SENSES, STOPS, TURNS, Joint
 from mechdae.describe.joints.wheels import Gear
 from mechdae.describe.values import Number
 from mechdae.errors import MechanismError
@@ -216,7 +216,7 @@ class SpatialPrismatic(AxisPair):
     friction_static: Number | None = _friction("coefficient of a pair at rest")
     contact_length: Number | None = _length(PLANES)
     contact_width: Number | None = _length("2w, width that a moment about the axis turns on")
-    limits: NumbersOrNone = optional("pair", doc="least and greatest slide", unit="m")
+    limits: NumbersOrNone = optional("pair", doc=STOPS, unit="m")
     restitution: Number | None = optional("number", doc=REBOUNDS, unit="1")
 
     kind: ClassVar[str] = "prismatic"
@@ -245,7 +245,7 @@ class Cylindrical(AxisPair):
     friction: Number | None = _friction()
     pin_radius: Number | None = _length("")
     contact_length: Number | None = _length(PLANES)
-    limits: NumbersOrNone = optional("pair", doc="least and greatest slide", unit="m")
+    limits: NumbersOrNone = optional("pair", doc=STOPS, unit="m")
 
     kind: ClassVar[str] = "cylindrical"
     letter: ClassVar[str] = "C"
@@ -280,7 +280,7 @@ class Screw(SpatialJoint):
     friction: Number | None = _friction()
     friction_static: Number | None = _friction("coefficient of a pair at rest")
     thread_radius: Number | None = _length("mean radius of the thread; needed for friction")
-    limits: NumbersOrNone = optional("pair", doc="least and greatest slide", unit="m")
+    limits: NumbersOrNone = optional("pair", doc=STOPS, unit="m")
 
     kind: ClassVar[str] = "screw"
     rubbed: ClassVar[str] = "thread"

@@ -198,18 +198,18 @@ class SpatialLoops:
 
     def _bar(self, body: str, joints: list[Joint]) -> None:
         """Make the vector of a body between a ball and a ball or a cross."""
-        points = {_point_of(joint, body): joint for joint in joints}
+        points = {joint.ends_at(body)[0]: joint for joint in joints}
         if len(points) == len(joints) == 2 and _turn_freely(*joints):
             (tail, first), (head, second) = points.items()
             vector = Vector(body, length=self._length(tail, head))
-            self._vector(body, vector, _other(first, body), _other(second, body),
+            self._vector(body, vector, first.ends_at(body)[1], second.ends_at(body)[1],
                          body, first.name, second.name)  # fmt: skip
 
     def _slider(self, body: str, joints: list[Joint]) -> None:
         """Make the vector of a body that slides on the ground and holds one point."""
         slides = [joint for joint in joints if _slides(joint) and joint.first_body == GROUND]
         others = [joint for joint in joints if joint not in slides]
-        points = {_point_of(joint, body) for joint in others}
+        points = {joint.ends_at(body)[0] for joint in others}
         if len(slides) != 1 or len(points) != 1:
             return
         if not all(
@@ -254,9 +254,9 @@ class SpatialLoops:
         rest = [joint for joint in joints if joint is not slide]
         ends = slide.first, slide.second
         if len(rest) == len(rod) == 1 and _turn_freely(*rest, *rod) and ends == (
-            _point_of(rest[0], body), _point_of(rod[0], slide.second_body)
+            rest[0].ends_at(body)[0], rod[0].ends_at(slide.second_body)[0]
         ):  # fmt: skip
-            tail, head = _other(rest[0], body), _other(rod[0], slide.second_body)
+            tail, head = rest[0].ends_at(body)[1], rod[0].ends_at(slide.second_body)[1]
             self._vector(slide.name, Vector(slide.name), tail, head, body, slide.second_body,
                          slide.name, rest[0].name, rod[0].name)  # fmt: skip
 
@@ -393,14 +393,6 @@ def _frame(joint: Joint, second: bool) -> tuple[tuple[float, ...], ...]:
 
 def _unit(vector: tuple[float, ...]) -> tuple[float, ...]:
     return tuple(x / math.hypot(*vector) for x in vector)
-
-
-def _point_of(joint: Joint, body: str) -> str:
-    return joint.first if joint.first_body == body else joint.second
-
-
-def _other(joint: Joint, body: str) -> str:
-    return joint.second if joint.first_body == body else joint.first
 
 
 def _angles(axis: tuple[Number, ...]) -> tuple[Number, Number]:

@@ -304,7 +304,7 @@ def _hangs(mechanism: Mechanism, guide: Joint, body: str, point: str) -> bool:
     if body == GROUND or len(others) != 1 or not others[0].hinge:
         return False
     numbers = mechanism.values()
-    side = others[0].first if others[0].first_body == body else others[0].second
+    side, _ = others[0].ends_at(body)
     return all(numbers[f"{side}.{axis}"] == numbers[f"{point}.{axis}"] for axis in "xy")
 
 

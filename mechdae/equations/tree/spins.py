@@ -137,7 +137,7 @@ class Spinning:
         """Return about which direction a body spins, nearly: from one of its joints to another."""
         every = self.mechanism.joints.values()
         joints = [j for j in every if body in j.bodies[:2] and not {*j.bodies} & {*self.loose}]
-        ends = [j.first if j.first_body == body else j.second for j in joints]
+        ends = [joint.ends_at(body)[0] for joint in joints]
         places = [place_of(self.mechanism, point) for point in ends]
         other = next((i for i, place in enumerate(places) if place != places[0]), None)
         if other is None:

@@ -77,10 +77,10 @@ def reach(mechanism: Mechanism, group: Group, place: Callable[[str], Any]) -> st
             mechanism.joints[name] for name in group.joints if body in mechanism.joints[name].bodies
         ]
         pins.sort(key=lambda pin: pin.name not in group.inner)
-        points = [pin.first if pin.first_body == body else pin.second for pin in pins]
+        points = [pin.ends_at(body)[0] for pin in pins]
         if len(set(points)) != 2 or not all(pin.hinge for pin in pins):
             return ""  # a bar, or a link without length
-        outer.append(place(pins[1].second if pins[1].first_body == body else pins[1].first))
+        outer.append(place(pins[1].ends_at(body)[1]))
         ends = [np.array([values[f"{p}.{axis}"] for axis in "xy"]) for p in points]
         lengths.append(float(np.linalg.norm(ends[1] - ends[0])))
         names.append(_called(mechanism, points))

@@ -207,12 +207,9 @@ def bars_of(mechanism: Mechanism, lead: str) -> Json | None:
     if len(set(around)) != 4 or around[3] != GROUND:
         return None
 
-    def end(name: str, body: str) -> str:
-        joint = joints[name]
-        return joint.first if joint.first_body == body else joint.second
-
     bars = [
-        [body, end(chain[k], body), end(chain[(k + 1) % 4], body)] for k, body in enumerate(around)
+        [body, *(joints[chain[i % 4]].ends_at(body)[0] for i in (k, k + 1))]
+        for k, body in enumerate(around)
     ]
     if not slides:
         return {"bars": bars}

@@ -20,8 +20,7 @@ import casadi as ca
 import numpy as np
 
 from mechdae.describe import Mechanism
-from mechdae.describe.joints.joint import Joint
-from mechdae.describe.joints.limits import GAPS
+from mechdae.describe.joints.joint import GAPS, Joint
 from mechdae.equations.joints import opened
 from mechdae.equations.model import Model, Row
 from mechdae.errors import MechanismError

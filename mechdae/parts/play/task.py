@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import fields
 from typing import ClassVar
 
-from mechdae.describe.joints.limits import GAPS
+from mechdae.describe.joints.joint import GAPS
 from mechdae.describe.mechanism import Mechanism
 from mechdae.describe.tasks.kinds import Sweep
 from mechdae.describe.tasks.motion import Reactions

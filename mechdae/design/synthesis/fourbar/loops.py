@@ -93,28 +93,22 @@ def four_bar(scene: Scene) -> FourBar | None:
     return None
 
 
-def _end(joint: Revolute, body: str) -> str:
-    first: str = joint.first
-    second: str = joint.second
-    return first if joint.first_body == body else second
-
-
 def _described(
     scene: Scene, base: Any, first: Any, inner: Any, last: Any, links: tuple[str, str, str]
 ) -> FourBar:
     model = scene.model
     crank, coupler, rocker = links
-    pins = {
-        "A0": _end(base, crank), "A on crank": _end(first, crank), "A": _end(first, coupler),
-        "B": _end(inner, coupler), "B on rocker": _end(inner, rocker), "B0": _end(last, rocker),
-    }  # fmt: skip
+    sides = (
+        ("A0", base, crank), ("A on crank", first, crank), ("A", first, coupler),
+        ("B", inner, coupler), ("B on rocker", inner, rocker), ("B0", last, rocker),
+    )  # fmt: skip
+    pins: dict[str, str] = {name: joint.ends_at(body)[0] for name, joint, body in sides}
 
     def gap(a: str, b: str) -> Sym:
         return model.local(b) - model.local(a)
 
     def fixed_place(joint: Revolute, body: str) -> Sym:
-        other = joint.second if joint.first_body == body else joint.first
-        return scene.expression(model.point(other))
+        return scene.expression(model.point(joint.ends_at(body)[1]))
 
     A0, B0 = fixed_place(base, crank), fixed_place(last, rocker)
     lines = {

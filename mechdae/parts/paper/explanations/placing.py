@@ -124,25 +124,15 @@ def found_by(subject: Subject, bodies: tuple[str, ...], joints: list[str]) -> It
         yield from _line(subject, bodies[turned], outer[turned], inner[0], outer[1 - turned])
 
 
-def _side(joint: Joint, body: str) -> str:
-    """Return the point of a joint that is on a body."""
-    return joint.first if joint.first_body == body else joint.second
-
-
-def _far(joint: Joint, body: str) -> str:
-    """Return the point of a joint that is not on a body."""
-    return joint.second if joint.first_body == body else joint.first
-
-
 def _circles(
     subject: Subject, bodies: tuple[str, ...], outer: list[Joint], inner: Joint
 ) -> Iterator[Passage]:
     """Yield where two circles meet, and the law of cosines."""
     say, worked = subject.say, Worked()
-    names = [subject.letter(_far(joint, body)) for joint, body in zip(outer, bodies, strict=True)]
-    middle = subject.letter(_side(inner, bodies[0]))
-    one, other = (subject.place(_side(o, b)) for o, b in zip(outer, bodies, strict=True))
-    there = subject.place(_side(inner, bodies[0]))
+    ends = [joint.ends_at(body) for joint, body in zip(outer, bodies, strict=True)]
+    names, pin = [subject.letter(far) for _, far in ends], inner.ends_at(bodies[0])[0]
+    one, other, there = (subject.place(point) for point in (ends[0][0], ends[1][0], pin))
+    middle = subject.letter(pin)
     for mark, name, place in zip("12", names, (one, other), strict=True):
         worked.know_place(mark, name, place)
         length = float(np.hypot(*(there - place)))
@@ -175,9 +165,10 @@ def _circles(
 def _line(subject: Subject, body: str, pin: Joint, inner: Joint, guide: Joint) -> Iterator[Passage]:
     """Yield where a circle meets a line."""
     worked, scene = Worked(), subject.scene
-    start, middle = subject.letter(_far(pin, body)), subject.letter(_side(inner, body))
-    base = _far(guide, next(name for name in inner.bodies if name != body))
-    here, there = subject.place(_side(pin, body)), subject.place(_side(inner, body))
+    (near, far), (tip, on_guide) = pin.ends_at(body), inner.ends_at(body)
+    start, middle = subject.letter(far), subject.letter(tip)
+    base = guide.ends_at(on_guide.split(".")[0])[1]
+    here, there = subject.place(near), subject.place(tip)
     axis = scene.direction(guide.first_body, scene.numbers[f"{guide.name}.axis"], subject.pose)
     arm = there - here
     yield Note((subject.say("circle and line", middle, start, guide.name),))
@@ -204,8 +195,9 @@ def _triangle(
     """Yield how a guide lies that turns about one pin and whose block hangs on another."""
     worked, scene = Worked(), subject.scene
     turned = bodies.index(slot.first_body)
-    start, end = (subject.letter(_far(outer[k], bodies[k])) for k in (turned, 1 - turned))
-    here, there = (subject.place(_side(outer[k], bodies[k])) for k in (turned, 1 - turned))
+    ends = [outer[k].ends_at(bodies[k]) for k in (turned, 1 - turned)]
+    start, end = (subject.letter(far) for _, far in ends)
+    here, there = (subject.place(near) for near, _ in ends)
     way, local = there - here, scene.numbers[f"{slot.name}.axis"]
     axis = scene.direction(slot.first_body, local, subject.pose)
     offset = float(normal(axis) @ way)

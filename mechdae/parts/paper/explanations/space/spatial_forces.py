@@ -38,8 +38,8 @@ class SpatialBalance(BalanceOfLinks):
 
     def pole(self, body: str) -> tuple[str, Floats]:
         for joint in sorted(self.joints(body), key=lambda joint: not joint.coincide):
-            mine = joint.second if joint.second_body == body else joint.first
-            return self.subject.letter(mine), self.subject.place(mine)
+            near, _ = joint.ends_at(body)
+            return self.subject.letter(near), self.subject.place(near)
         reference = self.scene.points(body)[0]
         return self.subject.letter(reference), self.subject.place(reference)
 
@@ -73,7 +73,7 @@ class SpatialBalance(BalanceOfLinks):
             origin: Floats = self.scene.origin(body)[self.pose]
             return origin
         balls = [
-            joint.second if joint.second_body == body else joint.first
+            joint.ends_at(body)[0]
             for joint in self.mechanism.joints.values()
             if body in joint.bodies and joint.ball
         ]
