@@ -17,18 +17,9 @@ Design = Mapping[str, Any]
 def designs_text(result: Result, width: int) -> list[str]:
     """Return a row for each design, the dimensions and active limits of each, the census."""
     designs: Sequence[Design] = result.data.get("designs", [])
-    front = result.summary.get("front", {})
-    lines = _ranked(designs, result, front.get("objectives", ()), width) if designs else []
-    if front:
-        shown = [result.units.of(objective["unit"]) for objective in front["objectives"]]
-        ends = [f"{v * u.factor:.6g}" for v, u in zip(front["reference"], shown, strict=True)]
-        text = f"{len(designs)} points, hypervolume {front['hypervolume']:.6g} (SI) up to "
-        part = "" if result.summary["status"] == "found" else f"{result.summary['status']}: "
-        lines += fact("front", f"{part}{text}({', '.join(ends)})", width)
-        for k, end in enumerate(front.get("ends", ()), 1):
-            words = f"{end['starts']} starts, {end['met']} met all constraints"
-            words += f", {end['hits_of_best']} hit the best" if end["found"] else ", end not found"
-            lines += fact("alone", f"objective {k}: {words}", width)
+    objectives = result.summary.get("front", {}).get("objectives", ())
+    lines = _ranked(designs, result, objectives, width) if designs else []
+    lines += front_facts(result, width)
     units = parameter_units(result.mechanism)
     for rank, design in enumerate(designs, 1):
         sizes = [
@@ -44,6 +35,22 @@ def designs_text(result: Result, width: int) -> list[str]:
             prices = [together(_price(name, at, units, result)) for name, at in active]
             lines += fact("active", ", ".join(prices), width)
     return lines + _census(result, width)
+
+
+def front_facts(result: Result, width: int) -> list[str]:
+    """Return how large the front is, and what the searches for its ends met."""
+    front, status, lines = result.summary.get("front"), result.summary["status"], list[str]()
+    if front:
+        shown = [result.units.of(objective["unit"]) for objective in front["objectives"]]
+        ends = [f"{v * u.factor:.6g}" for v, u in zip(front["reference"], shown, strict=True)]
+        text = f"{len(front['points'])} points, hypervolume {front['hypervolume']:.6g} (SI) up to "
+        part = "" if status == "found" else f"{status}: "
+        lines += fact("front", f"{part}{text}({', '.join(ends)})", width)
+        for k, end in enumerate(front.get("ends", ()), 1):
+            words = f"{end['starts']} starts, {end['met']} met all constraints"
+            words += f", {end['hits_of_best']} hit the best" if end["found"] else ", end not found"
+            lines += fact("alone", f"objective {k}: {words}", width)
+    return lines
 
 
 def _ranked(
@@ -87,8 +94,13 @@ def _ranked(
         columns.append(("sense", [" ".join(f"{sense:+d}" for sense in senses) for senses in every]))
     if any("hits" in design for design in designs):
         columns.append(("hits", [str(design.get("hits", "-")) for design in designs]))
+    return fitted_columns(columns, width)
+
+
+def fitted_columns(columns: Sequence[tuple[str, list[str]]], width: int) -> list[str]:
+    """Return the lines of a table of designs, by titles and texts of its columns."""
     given = [([title], texts) for title, texts in columns]
-    lines, _ = fitted_lines(given, range(len(designs)), width + 2)
+    lines, _ = fitted_lines(given, range(len(columns[0][1])), width + 2)
     return [line[2:] for line in lines]
 
 
@@ -160,9 +172,10 @@ def _census(result: Result, width: int) -> list[str]:
     return lines
 
 
-def _nothing(result: Result, width: int) -> list[str]:
+def no_facts(result: Result, width: int) -> list[str]:
+    """Return nothing more to know: the table says it all."""
     return []
 
 
-SYNTHESIS = (designs_text, _nothing)
+SYNTHESIS = (designs_text, no_facts)
 """The table of a synthesis, which says all there is to know."""

@@ -6,19 +6,15 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from mechdae.results import Result
+from mechdae.results.tables.designs import fitted_columns, front_facts, no_facts
 from mechdae.results.tables.text import MOST, fact
 
 
 def schemes_text(result: Result, width: int) -> list[str]:
     """Return a row for each design, the front, the census."""
     designs: Sequence[Mapping[str, Any]] = result.data.get("designs", [])
-    front = result.summary.get("front", {})
-    lines = _rows(result, designs) if designs else []
-    if front:
-        shown = [result.units.of(objective["unit"]) for objective in front["objectives"]]
-        ends = [f"{v * u.factor:.6g}" for v, u in zip(front["reference"], shown, strict=True)]
-        text = f"{len(designs)} points, hypervolume {front['hypervolume']:.6g} (SI) up to "
-        lines += fact("front", f"{text}({', '.join(ends)})", width)
+    lines = _rows(result, designs, width) if designs else []
+    lines += front_facts(result, width)
     summary = result.summary
     words = [f"{summary['schemes']} schemes", f"{summary['sets']} sets of dimensions measured"]
     if summary["rejected"]:
@@ -30,7 +26,7 @@ def schemes_text(result: Result, width: int) -> list[str]:
     return lines
 
 
-def _rows(result: Result, designs: Sequence[Mapping[str, Any]]) -> list[str]:
+def _rows(result: Result, designs: Sequence[Mapping[str, Any]], width: int) -> list[str]:
     length, angle = result.units.of("m"), result.units.of("rad")
     errors = result.units.of(result.summary["error_unit"])
     columns = [
@@ -55,15 +51,7 @@ def _rows(result: Result, designs: Sequence[Mapping[str, Any]]) -> list[str]:
         power = result.units.of("W")
         losses = [f"{design['loss'] * power.factor:.5g}" for design in designs]
         columns.insert(3, (f"loss [{power.name}]", losses))
-    sizes = [max(len(title), *map(len, cells)) + 2 for title, cells in columns]
-    rows = [[title for title, _ in columns]]
-    rows += [[cells[k] for _, cells in columns] for k in range(len(designs))]
-    return ["".join(f"{cell:>{n}}" for cell, n in zip(row, sizes, strict=True)) for row in rows]
-
-
-def no_facts(result: Result, width: int) -> list[str]:
-    """Return nothing more to know: the table says it all."""
-    return []
+    return fitted_columns(columns, width)
 
 
 TEXTS = schemes_text, no_facts
