@@ -7,6 +7,7 @@ from enum import StrEnum
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from mechdae.types import Booleans, Integers, Texts
 
@@ -91,6 +92,12 @@ def among(codes: Integers, kinds: Iterable[Status]) -> Booleans:
     table = np.zeros(len(CODES), bool)
     table[[CODES[kind.value] for kind in kinds]] = True
     return table[codes]
+
+
+def stretches(there: ArrayLike) -> list[tuple[int, int]]:
+    """Return the first pose and that behind the last one of each stretch where something holds."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], np.asarray(there, int), [0]])))
+    return list(zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True))
 
 
 def counts(status: object) -> dict[str, int]:

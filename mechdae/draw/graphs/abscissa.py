@@ -11,11 +11,12 @@ from matplotlib.ticker import MaxNLocator, MultipleLocator
 
 from mechdae.draw import style
 from mechdae.draw.graphs.frame import Entry, Panels, shaded
-from mechdae.draw.graphs.poles import Clip, stretches
+from mechdae.draw.graphs.poles import Clip
 from mechdae.draw.graphs.scale import Scale, number, scale_of, step_of
 from mechdae.draw.graphs.series import Array, lines_of
 from mechdae.errors import InputError
 from mechdae.records import dataclass
+from mechdae.results.status import stretches
 from mechdae.types import Texts
 
 if TYPE_CHECKING:

@@ -18,11 +18,11 @@ from mechdae.draw import style
 from mechdae.draw.fonts import font
 from mechdae.draw.graphs.abscissa import subtitle_of
 from mechdae.draw.graphs.frame import Entry, Panels, shaded
-from mechdae.draw.graphs.poles import stretches
 from mechdae.draw.graphs.scale import Scale, number, scale_of
 from mechdae.draw.graphs.series import Array, lines_of
 from mechdae.errors import InputError, UnknownName
 from mechdae.records import dataclass
+from mechdae.results.status import stretches
 from mechdae.types import Texts
 
 if TYPE_CHECKING:

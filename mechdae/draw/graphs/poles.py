@@ -10,9 +10,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from mechdae.records import dataclass
+from mechdae.results.status import stretches
 
 Array = NDArray[np.float64]
 STEEPER = 2.0
@@ -168,9 +169,3 @@ def _growing(values: Array) -> set[int]:
         left = np.flatnonzero(steeper(steps[2:], steps[1:-1], steps[:-2])) + 3
         right = np.flatnonzero(steeper(steps[:-2], steps[1:-1], steps[2:]))
     return {*left.tolist(), *right.tolist()}
-
-
-def stretches(there: ArrayLike) -> list[tuple[int, int]]:
-    """Return the first place and that behind the last one of each stretch where something holds."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], np.asarray(there, int), [0]])))
-    return list(zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True))

@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mechdae.draw import style
-from mechdae.draw.graphs.poles import stretches
 from mechdae.draw.sheet import Sheet
 from mechdae.draw.space.anchors import size_of
 from mechdae.draw.space.spatial_drawing import SpatialView
@@ -22,6 +21,7 @@ from mechdae.draw.space.viewpoint import Array, Viewpoint
 from mechdae.draw.words import Words
 from mechdae.errors import InputError, UnknownName
 from mechdae.records import dataclass
+from mechdae.results.status import stretches
 from mechdae.types import Floats
 
 if TYPE_CHECKING:

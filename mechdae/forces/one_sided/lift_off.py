@@ -34,6 +34,7 @@ from mechdae.motion.continuation.legs import Legs
 from mechdae.numerics.changes import arcs_of, changes, narrowed
 from mechdae.records import dataclass
 from mechdae.results import Event, motion_event
+from mechdae.results.status import stretches
 from mechdae.types import Booleans, Floats, Integers, Json, Matrices, Points, Sym, Unknowns
 
 SX = ca.SX
@@ -250,8 +251,7 @@ def _pulls(s: Floats, f: Floats, force_at: ForceAt | None) -> list[list[float]]:
 
     marks, values = marked(f)
     if force_at is None:
-        edges = np.flatnonzero(np.diff(np.concatenate([[0], marks[:, 0], [0]])))
-        return [[float(s[first]), float(s[end - 1])] for first, end in edges.reshape(-1, 2)]
+        return [[float(s[first]), float(s[end - 1])] for first, end in stretches(marks[:, 0])]
     found = changes(s, marks, values, [("sign", slice(0, 1))], lambda at: marked(force_at(at)))
     return arcs_of(0, marks, found, s)
 

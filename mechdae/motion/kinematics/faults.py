@@ -16,7 +16,7 @@ from mechdae.motion.continuation.any_path import AnyPath, arc_of
 from mechdae.motion.kinematics.path_events import begins_singular
 from mechdae.motion.kinematics.prepared import Run, Setting
 from mechdae.results import CODES, LOST, Status, among
-from mechdae.results.status import Cause, why_lost
+from mechdae.results.status import Cause, stretches, why_lost
 from mechdae.types import Booleans, Floats, Integers, Json
 
 SINGULAR_START = (
@@ -44,10 +44,9 @@ def failed_intervals(setting: Setting, run: Run, status: Integers) -> list[Json]
     lost = among(status, LOST)
 
     there = assembled(setting.assembler, run.start, run.values, np.flatnonzero(lost))
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], lost.astype(int), [0]])))
     places, plan = run.places, setting.plan
     intervals = []
-    for a, b in zip(edges[::2], edges[1::2], strict=True):
+    for a, b in stretches(lost):
         group = _first_lost(setting, run.poses.alive[a])
         first, last = float(places[a]), float(places[b - 1])
         if not plan.named:

@@ -18,6 +18,7 @@ from mechdae.parts.play.gaps import JointGap, gaps_of, offsets, reversals, suppo
 from mechdae.parts.play.task import Play
 from mechdae.records import dataclass
 from mechdae.results import FINE, LazyPart, Named, Series, SweepResult, among
+from mechdae.results.status import stretches
 from mechdae.types import Booleans, Floats, Json
 
 DIRECTIONS = 36
@@ -237,8 +238,7 @@ class _Banded:
     def _unbounded(self) -> list[Json]:
         """Return from where to where poses have no band although they are there."""
         lost: Booleans = among(self.swept.codes, FINE) & ~self.found.proved
-        edges = np.flatnonzero(np.diff(np.concatenate([[False], lost, [False]]).astype(int)))
         return [
             {"from": float(self.at[first]), "to": float(self.at[end - 1])}
-            for first, end in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True)
+            for first, end in stretches(lost)
         ]

@@ -20,6 +20,7 @@ from mechdae.equations.reduction import Scene
 from mechdae.motion.kinematics.path_events import event_at
 from mechdae.motion.kinematics.prepared import Run, Setting
 from mechdae.records import dataclass
+from mechdae.results.status import stretches
 from mechdae.types import Floats, Json, Points, Unknowns
 
 PLACES = 1024
@@ -59,8 +60,7 @@ def cuts(scene: Scene, x: Unknowns, u: Floats) -> list[Undercut]:
         depth = depths(contact, scene, _contacts(contact, scene, x, u))
         with np.errstate(invalid="ignore"):
             bad = depth > 0
-        edges = np.flatnonzero(np.diff(np.concatenate([[0], bad.astype(int), [0]])))
-        for a, b in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True):
+        for a, b in stretches(bad):
             found.append(Undercut(name, a, b - 1, float(depth[a:b].max())))
     return found
 

@@ -14,10 +14,10 @@ from mechdae.describe.joints.curve import follows_curve
 from mechdae.draw.diagram.places import Place, edges, letters_of, numbers_of, places_of, shape_of
 from mechdae.draw.diagram.scene import DrawnScene, choose_pose, read_scene
 from mechdae.draw.diagram.wheels import circles, curve_points, rack_span
-from mechdae.draw.graphs.poles import stretches
 from mechdae.draw.smooth import traced
 from mechdae.errors import UnavailableError
 from mechdae.parts.exchange.drawings.dxf_read import SAME, UNDRAWN, distance
+from mechdae.results.status import stretches
 from mechdae.tasks import ExportedMotion
 from mechdae.types import Floats, Points
 

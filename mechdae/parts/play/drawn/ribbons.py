@@ -12,10 +12,10 @@ from matplotlib.path import Path
 
 from mechdae.draw import style
 from mechdae.draw.graphs import coupler
-from mechdae.draw.graphs.poles import stretches
 from mechdae.draw.graphs.scale import scale_of
 from mechdae.draw.smooth import in_picture, smooth
 from mechdae.errors import InputError
+from mechdae.results.status import stretches
 from mechdae.types import Floats, Points
 
 if TYPE_CHECKING:
