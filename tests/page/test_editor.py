@@ -135,6 +135,22 @@ def test_what_is_drawn_is_what_python_solves(drawing, tmp_path, steps, clicks):
 
 
 @in_browser
+def test_forces_on_a_link_are_a_closed_polygon(drawing):
+    """Its reactions; where a force acts on it also that; the spring is as long as without one."""
+    page = drawing()
+    drawn.out(page, 1.6)
+    draw(page, drawn.TOGGLE)
+    data = tomllib.loads(page.evaluate("mechdae.toml()"))
+    ends = [own.split(".")[0] for joint in data["joints"].values() for own in joint["between"]]
+    (load,) = (own for own in data["loads"].values() if own["kind"] == "force")
+    page.locator("#tab-plans").click()
+    for name in data["bodies"]:
+        page.locator("#plans select").select_option(label=f"forces on {name}")
+        kinds = [page.locator(f".plan .vector.{kind}").count() for kind in ("reaction", "inner")]
+        assert kinds == [ends.count(name), name == load["point"].split(".")[0]]
+
+
+@in_browser
 def test_cylinders_drive_an_excavator_arm(drawing, tmp_path):
     page = drawing()
     assert draw(page, drawn.EXCAVATOR) == 17

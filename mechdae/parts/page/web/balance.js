@@ -1,27 +1,32 @@
 /** What acts on each link of the pose shown, and the force plan of a group: loads are those of the file, inertia that of the pose. */
-import { minus, moment, sum } from "./equations.js";
+import { moment, subtracted, sum } from "./vectors.js";
 
 /** Forces smaller than this share of the largest are none. */
-const NONE = 1e-9;
+const FORCELESS = 1e-9;
 const LETTERS = { weight: "G", load: "P", inertia: "Φ" };
 
 export class Balance {
   /** @param {any} session @param {any} equations of the pose @param {any} forces at it */
   constructor(session, equations, forces) {
-    const { data, motion } = session, { kernels } = motion, inputs = session.forces.inputs(session.pose);
-    Object.assign(this, { equations, forces, lesson: data.lesson, joints: data.scene.joints, own: data.forces });
-    const [rows, spots] = kernels.acting.run(...inputs.list).map((values) => Array.from(values));
-    this.spots = new Map(data.forces.bodies.map((body, k) => [body, [spots.slice(4 * k, 4 * k + 2), spots.slice(4 * k + 2, 4 * k + 4)]]));
-    this.rows = data.forces.acting.map(([kind, name, body, point], k) => {
-      const share = kind === "drive" ? forces.efforts[name] : kind === "inertia" && data.slow ? 0 : 1;
-      const [x, y, m] = rows.slice(3 * k, 3 * k + 3).map((value) => value * share), force = [x, y], [origin, centre] = this.spots.get(body);
-      const at = point ? equations.places[point] : kind === "load" && !(Math.hypot(x, y) > 0) ? origin : centre;
-      const low = String(this.lesson.numbers[body]), letter = [LETTERS[kind] || (Math.hypot(x, y) > 0 ? "F" : "M"), low, kind === "load" ? name : ""];
-      return { id: `force/${kind}/${name}/${body}`, kind, body, letter, force, at, couple: m - moment(minus(at, origin), force), where: point, name };
-    });
+    const { lesson, scene } = session.data;
+    Object.assign(this, { equations, forces, lesson, joints: scene.joints, rows: [] });
     this.size = Math.max(0, ...Object.values(forces.reactions).map(([x, y]) => Math.hypot(x, y)));
+    this.rows = this.acting(session);
     const marked = new Set(this.rows.filter(({ kind, force }) => kind === "load" && Math.hypot(...force) > 0).map(({ body }) => body));
     this.groups = this.lesson.groups.map(({ bodies }) => [...bodies].sort((a, b) => Number(marked.has(b)) - Number(marked.has(a))));
+  }
+
+  /** What acts on links beside reactions. */
+  acting({ data, motion, forces: balanced, pose }) {
+    const { equations, forces } = this, [rows, spots] = motion.kernels.acting.run(...balanced.inputs(pose).list).map((values) => Array.from(values));
+    const ends = new Map(data.forces.bodies.map((body, k) => [body, [spots.slice(4 * k, 4 * k + 2), spots.slice(4 * k + 2, 4 * k + 4)]]));
+    return data.forces.acting.map(([kind, name, body, point], k) => {
+      const share = kind === "drive" ? forces.efforts[name] : kind === "inertia" && data.slow ? 0 : 1;
+      const [x, y, m] = rows.slice(3 * k, 3 * k + 3).map((value) => value * share), force = [x, y], [origin, centre] = ends.get(body);
+      const at = point ? equations.places[point] : kind === "load" && !(Math.hypot(x, y) > 0) ? origin : centre;
+      const low = String(this.lesson.numbers[body]), letter = [LETTERS[kind] || (Math.hypot(x, y) > 0 ? "F" : "M"), low, kind === "load" ? name : ""];
+      return { id: `force/${kind}/${name}/${body}`, kind, body, letter, force, at, couple: m - moment(subtracted(at, origin), force), where: point, name };
+    });
   }
 
   /** Forces and couples on a link that do not vanish; of reactions also the joint and the link across it. */
@@ -30,12 +35,12 @@ export class Balance {
     for (const { name, first, second } of this.joints) {
       const [one, two] = [first, second].map((end) => end.split(".")[0]), own = this.forces.reactions[name], sign = Number(two === body) - Number(one === body);
       if (!own || !sign) continue;
-      const other = sign > 0 ? one : two, names = [other, body].map((end) => String(numbers[end] ?? 0));
+      const other = sign > 0 ? one : two, names = [other, body].map((end) => String(numbers[end] ?? (end === "ground" ? 0 : end)));
       found.push({ id: `thing-${name}`, kind: "reaction", body, joint: name, other, letter: ["R", names.join(names.some((text) => text.length > 1) ? "," : ""), ""],
         force: [sign * own[0], sign * own[1]], couple: sign * own[2], at: this.equations.places[second], where: second });
     }
-    const long = Math.max(...found.map(({ at }) => Math.hypot(...minus(at, found[0].at))), 1e-300);
-    return [...found, ...this.rows.filter((own) => own.body === body)].filter(({ force, couple }) => Math.hypot(...force) > NONE * this.size || Math.abs(couple) > NONE * this.size * long);
+    const long = Math.max(...found.map(({ at }) => Math.hypot(...subtracted(at, found[0].at))), 1e-300);
+    return [...found, ...this.rows.filter((own) => own.body === body)].filter(({ force, couple }) => Math.hypot(...force) > FORCELESS * this.size || Math.abs(couple) > FORCELESS * this.size * long);
   }
 
   /** Where moments are taken about: the first pin of a link. */
@@ -51,7 +56,7 @@ export class Balance {
     for (const body of bodies) {
       corners.set(body, here);
       for (const { id, kind, force, letter, other } of this.on(body)) {
-        if (bodies.includes(other) || !(Math.hypot(...force) > NONE * this.size)) continue;
+        if (bodies.includes(other) || !(Math.hypot(...force) > FORCELESS * this.size)) continue;
         const next = sum(here, force);
         arrows.push({ id, kind, from: here, to: next, letter });
         here = next;

@@ -1,5 +1,5 @@
 /** The vector equations of a pose, group by group, in the plane and in space: v_C = v_B + v_CB, a_C = a_B + a^n_CB + a^τ_CB, and past slides with Coriolis' term. */
-import { outer } from "./vectors.js";
+import { outer, subtracted, sum } from "./vectors.js";
 
 /** Vectors shorter than this share of the longest are points. */
 const SILENT = 1e-9;
@@ -7,9 +7,6 @@ const SYMBOL = ["r", "v", "a"];
 
 /** What a vector gains by turning with an angular velocity. */
 const across = (arm, w) => (arm.length > 2 ? outer(w, arm) : [-w * arm[1], w * arm[0]]);
-export const sum = (...all) => all[0].map((_, k) => all.reduce((total, own) => total + own[k], 0));
-export const minus = (one, two) => one.map((value, k) => value - two[k]);
-export const moment = ([x, y], [fx, fy]) => x * fy - y * fx;
 const inner = (one, two) => one.reduce((total, value, k) => total + value * two[k], 0);
 
 /** Places and rates of the spots of a pose, and its equations. */
@@ -48,23 +45,23 @@ export class Equations {
     if (body === "ground") return this.still;
     const known = this.points.get(this.base.get(body)), [, w, e] = this.spins.get(body) || [];
     if (!known || !known[order] || w === undefined) return this.still.map(() => NaN);
-    const arm = minus(place, known[0]);
+    const arm = subtracted(place, known[0]);
     return order === 1 ? sum(known[1], across(arm, w)) : sum(known[2], across(arm, e), across(across(arm, w), w));
   }
 
   /** An equation with the terms of both orders: kind, letter, vector. */
   equation({ joint, start, end }) {
     const [from, to] = [this.spot(start), this.spot(end)], names = `${to.letter}${from.letter}`;
-    const [, w, e] = this.spins.get(to.body) || [], arm = minus(to.rates[0], from.rates[0]);
-    const [v, a] = [1, 2].map((own) => minus(to.rates[own], from.rates[own]));
+    const [, w, e] = this.spins.get(to.body) || [], arm = subtracted(to.rates[0], from.rates[0]);
+    const [v, a] = [1, 2].map((own) => subtracted(to.rates[own], from.rates[own]));
     let terms;
     if (!joint && w === undefined) { // spins freely: what is known is along the arm
       const normal = arm.map((value) => (value * inner(a, arm)) / inner(arm, arm));
-      terms = [[], [["relative", "", v]], [["normal", "n", normal], ["tangential", "τ", minus(a, normal)]]];
+      terms = [[], [["relative", "", v]], [["normal", "n", normal], ["tangential", "τ", subtracted(a, normal)]]];
     } else if (!joint) terms = [[], [["relative", "", across(arm, w)]], [["normal", "n", across(across(arm, w), w)], ["tangential", "τ", across(arm, e)]]];
     else {
       const { first } = this.joints.get(joint), [, rider] = this.spins.get(first.split(".")[0]) || [], turned = across(v, rider).map((value) => 2 * value);
-      terms = [[], [["sliding", "r", v]], [["coriolis", "k", turned], ["sliding", "r", minus(a, turned)]]];
+      terms = [[], [["sliding", "r", v]], [["coriolis", "k", turned], ["sliding", "r", subtracted(a, turned)]]];
     }
     return { joint, start: from, end: to, arm, terms: terms.map((own, order) => own.map(([kind, high, vector]) => ({ id: `${order}/${kind}/${names}`, kind, order, letter: [SYMBOL[order], names, high], vector }))) };
   }
@@ -85,7 +82,7 @@ export class Equations {
     const arrows = [], ends = [{ text: order === 1 ? pole : "π", at: this.still }], lines = [], counts = {}, { flat } = this;
     const add = (id, kind, from, vector, letter) => {
       const to = sum(from, vector);
-      if (Math.hypot(...vector) > SILENT * size && !arrows.some((own) => Math.hypot(...minus(own.to, to), ...minus(own.from, from)) < 1e-7 * size)) arrows.push({ id, kind, from, to, letter });
+      if (Math.hypot(...vector) > SILENT * size && !arrows.some((own) => Math.hypot(...subtracted(own.to, to), ...subtracted(own.from, from)) < 1e-7 * size)) arrows.push({ id, kind, from, to, letter });
     };
     const groups = this.groups.filter((group) => only === null || group.k === only);
     const met = new Set(groups.flatMap(({ all }) => all.flatMap(({ start, end }) => [start.letter, end.letter])));
@@ -93,7 +90,7 @@ export class Equations {
       if (only !== null && !met.has(spot.letter)) continue;
       const at = spot.rates[order], small = spot.letter.charAt(0).toLowerCase() + spot.letter.slice(1);
       add(this.whole(spot, order).id, "total", this.still, at, this.whole(spot, order).letter);
-      const same = ends.find((own) => Math.hypot(...minus(own.at, at)) < 1e-6 * size);
+      const same = ends.find((own) => Math.hypot(...subtracted(own.at, at)) < 1e-6 * size);
       if (!same) ends.push({ text: small, at });
       else if (!same.text.split(", ").includes(small)) same.text += `, ${small}`;
     }
@@ -109,7 +106,7 @@ export class Equations {
         });
       }
       for (const body of bodies) {
-        const own = this.spots.filter((spot) => spot.body === body).map(({ rates }) => rates[order]).filter((at, k, every) => every.findIndex((other) => Math.hypot(...minus(at, other)) < 1e-9 * size) === k);
+        const own = this.spots.filter((spot) => spot.body === body).map(({ rates }) => rates[order]).filter((at, k, every) => every.findIndex((other) => Math.hypot(...subtracted(at, other)) < 1e-9 * size) === k);
         if (own.length > 2) own.forEach((at, k) => lines.push([at, own[(k + 1) % own.length]]));
       }
     }

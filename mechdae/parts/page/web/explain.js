@@ -1,6 +1,6 @@
 /** How this pose is computed on paper: group after group, positions, velocities, accelerations; then forces, the last group first. */
 import { arrow, element } from "./view.js";
-import { minus, moment } from "./equations.js";
+import { moment, subtracted } from "./vectors.js";
 import { lightable } from "./light.js";
 import { find, made, symbol, written } from "./made.js";
 import { sentence, words } from "./words.js";
@@ -65,7 +65,7 @@ export class Explain {
       const acting = balance.on(body), forced = acting.filter(({ force }) => Math.hypot(...force) > 0), title = made("p", {}, made("b", {}, `${numbers[body]} ${body}`));
       if (!acting.length) return [title, made("p", {}, words("unloaded"))];
       const pole = balance.pole(body), about = balance.equations.places[pole];
-      const rows = acting.map((own) => ({ ...own, total: own.couple + moment(minus(own.at, about), own.force) }));
+      const rows = acting.map((own) => ({ ...own, total: own.couple + moment(subtracted(own.at, about), own.force) }));
       const most = Math.max(...rows.map(({ total }) => Math.abs(total))), size = Math.max(...rows.map(({ force }) => Math.hypot(...force)));
       const place = ({ kind, where, name }) => (where ? written(letters[where] || where.split(".")[1]) : kind === "load" ? name : words(kind === "drive" ? "driver" : "mass_centre"));
       const cells = ([x, y], total) => [x, y].map((value) => digits(zero(value, size), 5)).concat(digits(zero(total, most), 5)).map((text) => made("td", {}, text));

@@ -1,4 +1,4 @@
-/** The diagram of a spatial mechanism: facets that `draw/space/spatial_fragments.py` wrote, moved with bodies, projected, painted from far to near. */
+/** The diagram of a spatial mechanism: facets that `draw/fragments.py` wrote, moved with bodies, projected, painted from far to near. */
 import { element, hull, painted, pathOf, spotAt, View } from "./view.js";
 import { across3, along3, outer, plus, times, unit3 } from "./vectors.js";
 

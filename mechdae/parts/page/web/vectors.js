@@ -1,4 +1,7 @@
-/** Vectors of three numbers. */
+/** Vectors of any length, of the plane, of three numbers. */
+export const sum = (...all) => all[0].map((_, k) => all.reduce((total, own) => total + own[k], 0));
+export const subtracted = (one, two) => one.map((value, k) => value - two[k]);
+export const moment = ([x, y], [fx, fy]) => x * fy - y * fx;
 export const along3 = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 export const plus = (a, b, k = 1) => [a[0] + k * b[0], a[1] + k * b[1], a[2] + k * b[2]];
 export const times = (a, k) => [a[0] * k, a[1] * k, a[2] * k];

@@ -1,12 +1,22 @@
 /** Curves, plans and forces of what is drawn: the panels of the page over the session of the drawing. */
+import { Balance } from "../balance.js";
 import { Curves, forceThings, thingsOf } from "../curves.js";
 import { find } from "../made.js";
 import { Plans } from "../plans.js";
 import { quantity } from "../units.js";
 import { Values } from "../values.js";
+import { sum } from "../vectors.js";
 import { words } from "../words.js";
 
 const SILENT = 1e-9;
+
+/** The balance of a link where loads, inertia and the drive are one force: that which closes its plan. */
+class Closed extends Balance {
+  acting({ data }) {
+    const rest = (body) => sum([0, 0], ...this.on(body).map(({ force }) => force)).map((value) => -value);
+    return data.scene.bodies.map(({ name: body }) => ({ id: `rest/${body}`, kind: "inner", body, letter: ["F", String(this.lesson.numbers[body] ?? body), ""], force: rest(body), couple: 0 }));
+  }
+}
 
 /** What the panels of the page ask of it, for one session. */
 class Study {
@@ -20,6 +30,11 @@ class Study {
   along() { const { way } = this.session.motion; return { places: this.session.places, way: { name: way.name, unit: way.unit }, events: [] }; }
 
   want({ s }) { this.editor.show(s); }
+
+  balance() {
+    const { session } = this, { pose } = session, forces = session.forcesAt(pose);
+    return forces && new Closed(session, { places: session.places_of(pose) }, forces);
+  }
 
   /** Images of all points about the pole; those of a link of three and more are a polygon. */
   equations() {

@@ -16,7 +16,7 @@ export function trialOf(sketch) {
   const machine = new Machine(pose.rows, drivers, pose.q);
   const scene = { dimension: 2, bodies: mechanism.bodies.map(({ name }) => ({ name })), joints: mechanism.joints.filter(({ drawn }) => drawn).map(({ name, kind, first, second }) => ({ name, first, second, pin: kind === "revolute" || kind === "weld" })), ground: [...mechanism.ground.keys()].map((name) => `ground.${name}`), places: [...mechanism.ground.values()] };
   const { data, code } = machine.data(scene);
-  data.lesson = { letters: Object.fromEntries(sketch.nodes.flatMap(({ name, refs }) => refs.map((own) => [own, name]))), numbers: Object.fromEntries(mechanism.bodies.map(({ name, number }) => [name, number])), groups: [], transmission: [] };
+  data.lesson = { letters: Object.fromEntries(sketch.nodes.flatMap(({ name, refs }) => refs.map((own) => [own, name]))), numbers: Object.fromEntries(mechanism.bodies.map(({ name, number }) => [name, number])), groups: mechanism.bodies.map(({ name }) => ({ name, bodies: [name] })), transmission: [] };
   const session = new Session(data, code), acting = loadedBy(mechanism);
   if (!session.motion.nodes.length || !session.poses.some(({ status }) => status === "ok")) return { session: null, reason: "singular" };
   if (acting.acts) {
