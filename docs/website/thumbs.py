@@ -46,15 +46,13 @@ def write(result: Any, still: FilePath) -> bool:
     try:
         film = md.plot(result, "animation", frames=FRAMES, seconds=SECONDS, **plain)
     except InputError:  # fewer than two poses
-        film = None
-    if film is None:
         good = [k for k, status in enumerate(result.status) if status in ("ok", "limit")]
-        film = Animation(result, (*good[:1], *(() if good else (0,))), False, 1000, **plain)
+        film = Animation(result, tuple((good or [0])[:1]), False, 1000, **plain)
     poses = list(dict.fromkeys(film.poses))
     sheets = list(film.drawn(poses))
     for sheet in sheets:
         sheet.theme = VARIABLES
-        sheet.drawn[:] = [replace(own, points=_coarse(own)) for own in sheet.drawn if _shown(own)]
+        sheet.drawn[:] = [replace(one, points=_coarse(one)) for one in sheet.drawn if _shown(one)]
     box = _box(sheets)
     still.write_text(_cropped(moving_svg(sheets[:1], [0], 1000), box), encoding="utf-8")
     if len(poses) == 1:

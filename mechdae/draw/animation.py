@@ -1,4 +1,4 @@
-"""The kinematic diagram in motion: frames, GIF, and the picture in a notebook."""
+"""The kinematic diagram in motion: frames, GIF, SVG, film, and the picture in a notebook."""
 
 from __future__ import annotations
 
@@ -33,7 +33,6 @@ from mechdae.draw.labels.steady import compared
 from mechdae.draw.poses import Eye, seen
 from mechdae.draw.primitives import Primitive, path_of
 from mechdae.draw.sheet import Sheet
-from mechdae.draw.space.viewpoint import viewpoint
 from mechdae.draw.swinging import shape_of, swing_text, swinging
 from mechdae.draw.words import Words
 from mechdae.errors import InputError, UnavailableError
@@ -266,9 +265,7 @@ def animate(
         return _shape(result, 1 if shape is None else shape, most, seconds, dpi, shown)
     if shape is not None:
         raise InputError("shapes are those of small motions at an equilibrium", where="shape")
-    scene = seen(result, 0).scene
-    if view is not None:
-        viewpoint(result.mechanism, view)
+    scene = seen(result, 0, view).scene
     chosen, whole = frames_of(scene.assembled(), scene.closes, most)
     duration = frame_time(seconds, len(chosen))
     return Animation(result, chosen, whole, duration, dpi, *shown, eye=view)

@@ -265,7 +265,7 @@ def checked(kind: str, given: Mapping[str, object], dashes: str = "") -> Json:
             word = OPTIONS[name].flag if dashes and OPTIONS[name].flag else word
             shows_all = name == "pose" and "designs" not in PICTURES[kind].of
             shows = f": {kind} shows all poses" if shows_all else ""
-            flags = ((dashes and OPTIONS[own].flag) or own for own in names_of(kind))
+            flags = ((dashes and OPTIONS[key].flag) or key for key in names_of(kind))
             known = ", ".join(f"{dashes}{flag}" for flag in flags)
             raise InputError(
                 f"{dashes}{word} is for {', '.join(kinds)}, not for {kind}{shows}",
@@ -293,7 +293,7 @@ def kind_and_task(
     tasks: Mapping[str, Task],
     kind: str | None,
     name: str | None,
-    asked: Mapping[str, int | str | list[str]],
+    given: Mapping[str, int | str | list[str]],
     where: str,
 ) -> tuple[str, str]:
     """Return the kind of picture and the task that are meant.
@@ -302,7 +302,7 @@ def kind_and_task(
     ----------
     kind, name
         What is given of them.
-    asked
+    given
         Options of the picture: of the kinds and tasks that are left, they choose those that
         have them.
     where
@@ -314,16 +314,16 @@ def kind_and_task(
         There is no task that is computed.
     """
     if name is not None:
-        return kind or kind_for(tasks[name].kind if name in tasks else "", asked), name
+        return kind or kind_for(tasks[name].kind if name in tasks else "", given), name
     if not tasks:
         raise InputError("no task that this version computes", where=f"{where}: tasks")
-    if kind is None and not set(asked) <= set(names_of("diagram")):
-        kind = next((picture for picture in PICTURES if set(asked) <= set(names_of(picture))), None)
+    if kind is None and not set(given) <= set(names_of("diagram")):
+        kind = next((picture for picture in PICTURES if set(given) <= set(names_of(picture))), None)
     shown = "diagram" if kind in (None, *DOCUMENTS) else str(kind)
     picture_of(shown)
-    options = {} if kind is None else checked(shown, asked, "--")
-    chosen = min(tasks, key=lambda own: _rank(tasks[own], shown, options))
-    return kind or kind_for(tasks[chosen].kind, asked), chosen
+    options = {} if kind is None else checked(shown, given, "--")
+    chosen = min(tasks, key=lambda name: _rank(tasks[name], shown, options))
+    return kind or kind_for(tasks[chosen].kind, given), chosen
 
 
 def _rank(task: Task, kind: str, options: Mapping[str, Any]) -> tuple[int, ...]:
@@ -355,7 +355,7 @@ def _kinds(kind: str, options: Mapping[str, Any]) -> tuple[str, ...]:
     return ()
 
 
-def kind_for(task: str, asked: Mapping[str, object]) -> str:
+def kind_for(task: str, given: Mapping[str, object]) -> str:
     """Return the kind of picture of a kind of task: its usual one, or the diagram if that is meant.
 
     The diagram is meant if it has the options that were asked for and the usual kind has not.
@@ -363,4 +363,5 @@ def kind_for(task: str, asked: Mapping[str, object]) -> str:
     kinds = [kind for kind, picture in PICTURES.items() if task in picture.usual_of]
     if not kinds:
         return usual_kind(task)
-    return next((own for own in (*kinds, "diagram") if set(asked) <= set(names_of(own))), kinds[0])
+    able = (name for name in (*kinds, "diagram") if set(given) <= set(names_of(name)))
+    return next(able, kinds[0])

@@ -1,4 +1,4 @@
-"""Whether the pose drawn closes: a picture of links torn apart shows no mechanism."""
+"""Whether the pose drawn closes, and the gaps of one that does not by request."""
 
 from __future__ import annotations
 

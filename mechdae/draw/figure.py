@@ -118,7 +118,7 @@ class ShownAxes(Axes):
         assert isinstance(figure, Figure)
         file = io.BytesIO()
         figure.savefig(file, format="png", dpi=2 * style.DPI, metadata=FORMATS["png"])
-        return file.getvalue(), {"alt": ". ".join(told(figure))}
+        return file.getvalue(), {"alt": ". ".join(heads_of(figure))}
 
 
 class Drawing(Figure):
@@ -137,7 +137,7 @@ def svg_text(picture: Axes | Figure, text: bool = False) -> str:
     return described(file.getvalue().decode("utf-8"), figure)
 
 
-def told(figure: Figure) -> list[str]:
+def heads_of(figure: Figure) -> list[str]:
     """Return the title and the line below it of a picture, as they are written in it."""
     texts = [(str(artist.get_gid()), artist.get_text()) for artist in figure.findobj(Text)]
     heads = (
@@ -149,7 +149,7 @@ def told(figure: Figure) -> list[str]:
 
 def described(svg: str, figure: Figure) -> str:
     """Return an SVG with title and description for readers that do not see it."""
-    words = [escape(text) for text in told(figure)]
+    words = [escape(text) for text in heads_of(figure)]
     if not words:
         return svg
     head, tail = svg.split("<defs>", 1)

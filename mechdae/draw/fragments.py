@@ -231,11 +231,10 @@ def _loads(
         shares = sizes / (sizes[0] or style.PULL[0])
         rows = np.column_stack([turns, shares, ways * ways[0]])[1:].round(3)
         if isinstance(load, Resistance) or (rows != (0.0, 1.0, 1.0)).any():
-            found[load.name] = {"rows": rows.tolist(), "back": back, "sense": ways[0]}
-            found[load.name] |= {
-                "about": _corner(0.0, about)[1:],
-                "along": not isinstance(load, Force),
-            }
+            found[load.name] = {
+                "rows": rows.tolist(), "back": back, "sense": ways[0],
+                "about": _corner(0.0, about)[1:], "along": not isinstance(load, Force),
+            }  # fmt: skip
     return found
 
 

@@ -76,8 +76,8 @@ def smooth(result: Result, seen: Callable[[Any], Iterable[Array]]) -> Result:
 def traced(scene: DrawnScene | SpatialScene, result: Result, read: Callable[[Any], Any]) -> Any:
     """Return a scene whose paths are those of poses near each other; `read` makes scenes."""
 
-    def seen(own: SweepResult) -> list[Array]:
-        known = scene if own is result else read(own)
+    def seen(poses: SweepResult) -> list[Array]:
+        known = scene if poses is result else read(poses)
         return in_picture(list(known.paths.values()))
 
     finest = smooth(result, seen)
@@ -86,7 +86,7 @@ def traced(scene: DrawnScene | SpatialScene, result: Result, read: Callable[[Any
 
 def smooth_vectors(result: SweepResult, paths: list[str]) -> Any:
     """Return a result at poses between which the ways of vectors are drawn as straight lines."""
-    return smooth(result, lambda own: in_picture([vector_of(own, path)[3] for path in paths]))
+    return smooth(result, lambda poses: in_picture([vector_of(poses, path)[3] for path in paths]))
 
 
 def in_picture(tracks: list[Array]) -> list[Array]:

@@ -46,9 +46,10 @@ def test_diagrams_of_variants_share_a_scale(cranks) -> None:
 
 
 def test_curves_of_variants_have_colours_and_names(cranks) -> None:
+    """Names are words: what stands between two dollars in them is no formula."""
     ax = md.plot(cranks[0], "curves", of="joints/guide/slide")
     for k, result in enumerate(cranks[1:], start=1):
-        md.plot(result, "curves", ax, of="joints/guide/slide", label=f"design {k}")
+        md.plot(result, "curves", ax, of="joints/guide/slide", label=f"{k}$ of 3$")
     drawn = [own for own in ax.lines if str(own.get_gid()).startswith("curve-")]
     assert [own.get_color() for own in drawn] == list(style.SERIES[:3])
     for own, result in zip(drawn, cranks, strict=True):
@@ -56,7 +57,7 @@ def test_curves_of_variants_have_colours_and_names(cranks) -> None:
         asked = own.get_ydata()[first::step]
         assert asked == pytest.approx(1e3 * result.joints["guide"].slide)
     words = [own.get_text() for own in ax.texts]
-    for name in ("r = 40 mm", "design 1", "design 2"):
+    for name in ("r = 40 mm", r"1\$ of 3\$", r"2\$ of 3\$"):
         assert words.count(name) == 2  # in the key, and at the end of its curve
     assert len(titles(ax)) == 1
     assert len(ax.figure.axes) == 1

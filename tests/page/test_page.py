@@ -44,7 +44,8 @@ def test_a_page_is_built_once(monkeypatch):
         raise AssertionError
 
     monkeypatch.setattr(document, "_followed", built)
-    assert md.page(md.load("four-bar-crank-rocker"), units="cm") is first
+    for units in ("cm", ["cm"]):
+        assert md.page(md.load("four-bar-crank-rocker"), units=units) is first
     for changed in ({"set": {"a_mm": 41}}, {"lang": "ru"}, {"units": "m"}):
         with pytest.raises(AssertionError):
             md.page("four-bar-crank-rocker", **{"units": "cm", **changed})

@@ -81,7 +81,7 @@ def draw(
         return output.draw(drawn, goal, ax, words)
     shown = seen(drawn.motion, 0, view)
     if isinstance(goal, StraightLine) and not shown.in_space:
-        return output.draw_line(drawn, goal, ax, labels, words)
+        return output.draw_line(drawn, shown, goal, ax, labels, words)
     if isinstance(goal, Visits):
         return _visits(drawn, shown, goal, ax, labels, words)
     axes = new_axes() if ax is None else ax

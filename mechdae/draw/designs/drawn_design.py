@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -34,7 +34,9 @@ from mechdae.draw.words import Words
 from mechdae.errors import InputError
 from mechdae.records import dataclass
 from mechdae.results import UNITS, Result
-from mechdae.results.kinds import SynthesisResult
+
+if TYPE_CHECKING:
+    from mechdae.results import SynthesisResult
 
 TURN = 2 * np.pi
 

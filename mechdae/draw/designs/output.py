@@ -17,7 +17,7 @@ from mechdae.draw.designs.targets import draw_path
 from mechdae.draw.diagram.scene import Array
 from mechdae.draw.graphs.frame import Entry, Panels
 from mechdae.draw.graphs.scale import Scale, scale_of, step_of
-from mechdae.draw.poses import seen
+from mechdae.draw.poses import Seen
 from mechdae.draw.sheet import Sheet, unit
 from mechdae.draw.words import Words
 from mechdae.types import Json
@@ -47,23 +47,23 @@ def draw(design: DrawnDesign, goal: FunctionTargets, ax: Axes | None, words: Wor
     facts = [design.name(words), *design.facts(words)]
     facts.insert(2, words("largest error", worst_text(outputs.unit, errors, words, units)))
     solid: Json = {"color": style.SERIES[0], "linewidth": 1.6}
-    asked: dict[str, Any]
+    target: dict[str, Any]
     if goal.targets:
-        asked = {"marker": "o", "markersize": 5.0, "markerfacecolor": style.PAPER,
+        target = {"marker": "o", "markersize": 5.0, "markerfacecolor": style.PAPER,
                  "markeredgecolor": style.ARROW, "linestyle": ""}  # fmt: skip
     else:
-        asked = {"color": style.ARROW, "linewidth": 1.4, "linestyle": style.DASHES[3]}
-    key = [Entry(words("of the design"), line=solid), Entry(words("wanted"), line=asked)]
+        target = {"color": style.ARROW, "linewidth": 1.4, "linestyle": style.DASHES[3]}
+    key = [Entry(words("of the design"), line=solid), Entry(words("wanted"), line=target)]
     frame = Panels(
         ax, 2, str(design.result.title or design.result.problem), "  ·  ".join(facts), key
     )
     upper, lower = frame.panels
     frame.line(upper, "output", across(x), up(y), zorder=2, **solid)
-    frame.line(upper, "wanted", across(at), up(wanted), zorder=4, **asked)
+    frame.line(upper, "wanted", across(at), up(wanted), zorder=4, **target)
     if goal.targets:
         lower.axhline(0.0, color=style.FAINT, linewidth=0.8 * frame.k, zorder=1)
         lower.vlines(across(at), 0.0, small(errors), color=style.ARROW, linewidth=1.4 * frame.k)
-        frame.line(lower, "error", across(at), small(errors), zorder=4, **asked)
+        frame.line(lower, "error", across(at), small(errors), zorder=4, **target)
     else:
         draw_errors(frame, lower, across(at), small(errors), "error")
     frame.label(upper, y=f"{goal.output} [{up.unit}]")
@@ -138,12 +138,12 @@ SHARE = 0.3
 
 
 def draw_line(
-    design: DrawnDesign, goal: StraightLine, ax: Axes | None, labels: bool, words: Words
-) -> Axes:
+    design: DrawnDesign, shown: Seen, goal: StraightLine, ax: Axes | None, labels: bool,
+    words: Words,
+) -> Axes:  # fmt: skip
     """Draw the diagram at the beginning of the line, and the deviation along it."""
     upper, lower = above_and_below(ax, BELOW, SHARE)
     along, errors, places = deviation(design, goal)
-    shown = seen(design.motion, 0)
     path = design.path(goal.point)
 
     def overlay(sheet: Sheet) -> str:

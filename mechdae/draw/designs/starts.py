@@ -164,8 +164,8 @@ def clusters_of(runs: Sequence[Mapping[str, Any]], sense: int) -> list[tuple[flo
     result: list[tuple[float, str, int]] = []
     for value, kind in sorted(found, key=lambda entry: entry[0] * sense):
         if result and abs(value - result[-1][0]) <= SAME * abs(result[-1][0]):
-            best, why, hits = result[-1]
-            result[-1] = best, why, hits + 1
+            best, first, hits = result[-1]
+            result[-1] = best, first, hits + 1
         else:
             result.append((value, kind, 1))
     return result

@@ -253,11 +253,11 @@ def _ways(targets: Array, unit: float) -> list[list[tuple[float, float]]]:
     for k, target in enumerate(targets):
         gap = target - middle
         first = float(np.arctan2(gap[1], gap[0]))
-        own = []
+        free = []
         for turn in (0.0, np.pi, 0.5 * np.pi, -0.5 * np.pi):
             way = np.array([np.cos(first + turn), np.sin(first + turn)])
             spot = target + NUMBER * unit * way
             if int(np.argmin(np.hypot(*(targets - spot).T))) == k:
-                own.append((float(way[0]), float(way[1])))
-        found.append(own)
+                free.append((float(way[0]), float(way[1])))
+        found.append(free)
     return found

@@ -151,7 +151,7 @@ def draw_pose(
     theme: style.Theme,
     words: Words,
 ) -> Sheet:
-    """Draw one pose of a result whose placements are known, see `draw`; return its sheet."""
+    """Draw one pose of a result whose placements are known; return its sheet."""
     low, high, _ = view.bounds or extent(scene, pose, view.traces)
     sheet = Sheet(axes, low, high, view.scale, theme, view.memory, view.larger, view.margins)
     check_closes(sheet, scene, result, pose, words)
@@ -293,13 +293,11 @@ def thinned(points: Array) -> Array:
     steps = np.hypot(*np.diff(points, axis=0).T)
     gap = np.isnan(points[:, 0])
     pieces = np.cumsum(np.nan_to_num(steps)) // STRIDE
-    gaps = np.array(gap)
-    gaps[0] = True
-    gaps[1:] |= np.diff(pieces, prepend=0.0) > 0
-    gaps[:-1] |= gap[1:]
-    gaps[1:] |= gap[:-1]
-    gaps[-1] = True
-    fewer: Array = points[gaps]
+    chosen = np.array(gap)
+    chosen[[0, -1]] = True
+    chosen[1:] |= (np.diff(pieces, prepend=0.0) > 0) | gap[:-1]
+    chosen[:-1] |= gap[1:]
+    fewer: Array = points[chosen]
     return fewer
 
 

@@ -178,12 +178,12 @@ def guide_side(axis: Array, center: Array, middle: Array) -> Array:
     return side
 
 
-def _other_bars(sheet: Sheet, scene: DrawnScene, own: str, pose: int) -> list[tuple[Array, Array]]:
+def _other_bars(sheet: Sheet, scene: DrawnScene, body: str, pose: int) -> list[tuple[Array, Array]]:
     """Return the lines of all bodies but one."""
     return [
         (sheet.at(scene.place(f"{name}.{a}", pose)), sheet.at(scene.place(f"{name}.{b}", pose)))
         for name in scene.mechanism.bodies
-        if name != own and scene.shown(name, pose)
+        if name != body and scene.shown(name, pose)
         for a, b in edges(shape_of(scene, name))
     ]
 

@@ -15,7 +15,7 @@ from mechdae.draw.diagram.driver import drivers_of, held_drivers, time_text, val
 from mechdae.draw.diagram.places import JoinedScene
 from mechdae.draw.fonts import font, ink, plain, width_of
 from mechdae.draw.sheet import Sheet
-from mechdae.draw.words import ENGLISH, Words
+from mechdae.draw.words import Words
 
 if TYPE_CHECKING:
     from mechdae.results.result import Result
@@ -139,29 +139,17 @@ def write_heads(
     sheet: Sheet, scene: JoinedScene, result: Result, pose: int, words: Words, label: str = "",
     subtitle: str = "",
 ) -> None:  # fmt: skip
-    """Write the title, and below it the values of the drivers."""
-    drivers = drivers_of(scene, result)
-    held = held_drivers(result, drivers)
-    values = [value_text(result, driver, pose, words, driver.text in held) for driver in drivers]
-    values = [time_text(result, pose, words), *values, open_text(result, words), label]
-    write_titles(sheet, result, values, pose, words, subtitle)
-
-
-def write_titles(
-    sheet: Sheet,
-    result: Result,
-    values: list[str],
-    pose: int,
-    words: Words = ENGLISH,
-    subtitle: str = "",
-) -> None:
-    """Write the title and, below it, the driver's value and the pose, or what is given."""
+    """Write the title and, below it, the drivers' values and the pose, or what is given."""
     from mechdae.draw.figure import current_format
 
     if not current_format().titled:
         return
     title, count = str(getattr(result, "title", "") or result.problem), len(result.status)
-    parts = [*values, str(getattr(result, "task", "") or "")]
+    drivers = drivers_of(scene, result)
+    held = held_drivers(result, drivers)
+    values = [value_text(result, driver, pose, words, driver.text in held) for driver in drivers]
+    parts = [time_text(result, pose, words), *values, open_text(result, words), label]
+    parts.append(str(getattr(result, "task", "") or ""))
     if getattr(result, "kind", "") == "modes":
         parts.append(words("mode of", ",".join(result.labels[pose]), pose + 1, count))
     elif count > 1:

@@ -268,7 +268,7 @@ def _same_local(scene: JoinedScene, groups: list[set[str]]) -> list[set[str]]:
 
 
 FLAT = 0.02
-"""Points this close to one line, as a share of their spread, count as collinear."""
+"""Points this close to a line or a plane, as a share of their spread, lie on it."""
 
 
 @dataclass(frozen=True)

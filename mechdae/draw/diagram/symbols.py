@@ -118,15 +118,10 @@ def bridge(sheet: Sheet, center: Array, along: Array, side: Array, gid: str, col
 
 
 def corner(
-    sheet: Sheet,
-    center: Array,
-    arms: Sequence[Array],
-    gid: str | None,
-    color: str = style.INK,
-    size: float = 2.6 * style.PIN,
+    sheet: Sheet, center: Array, arms: Sequence[Array], gid: str | None, color: str = style.INK
 ) -> None:
     """Draw the filled corner of a rigid connection between two directions."""
-    first, second = (unit(arm) for arm in arms)
+    (first, second), size = (unit(arm) for arm in arms), 2.6 * style.PIN
     if abs(float(first @ normal(second))) < 0.1:
         side = 0.5 * size * normal(first)
         points = [center - side, center + 0.9 * size * first, center + side]
@@ -154,9 +149,9 @@ def pitch_circle(
     )
 
 
-def rim(sheet: Sheet, center: Array, radius: float, gid: str, color: str = style.WHEEL) -> None:
+def rim(sheet: Sheet, center: Array, radius: float, gid: str) -> None:
     """Draw a smooth wheel, a pulley or a roller."""
-    sheet.circle(center, radius, edge=color, z=style.Z_MARK, gid=gid, weight=style.RING)
+    sheet.circle(center, radius, edge=style.WHEEL, z=style.Z_MARK, gid=gid, weight=style.RING)
 
 
 def fixed_rim(sheet: Sheet, center: Array, radius: float, outward: float) -> None:

@@ -257,15 +257,15 @@ def _draw_panel(
         scale = Scale("" if unit.name == "1" else unit.name, unit.factor)
     style_of = "-" if axis.rises or axis.kind == "path" else ""
     for line, (color, dash) in zip(group, looks, strict=True):
-        unit, result = axes[line.variant], results[line.variant]
+        along, result = axes[line.variant], results[line.variant]
         variant = f"-{names[line.variant]}" if several else ""
         lined = style_of if not few_named(result) else ""
         count = len(result.status)
-        track = with_gaps(unit.shown, scale(line.values), _cuts(unit, line))
+        track = with_gaps(along.shown, scale(line.values), _cuts(along, line))
         look: Json = {"linestyle": (dash or lined) if lined else "", "linewidth": 1.4}
         look |= {"marker": "o" if count <= FEW or not lined else "", "markersize": 3.2}
         gid = f"curve-{line.path}-{line.name}{variant}"
-        frame.line(panel, gid, *track, color=color, markevery=unit.dots if lined else None, **look)
+        frame.line(panel, gid, *track, color=color, markevery=along.dots if lined else None, **look)
     finite = [scale(line.values)[np.isfinite(line.values)] for line in group]
     everything = np.concatenate([*finite, np.zeros(0)])
     if logarithmic and (everything > 0).any():

@@ -1,4 +1,4 @@
-"""Panels above each other with title, key and labels of curves; all measured in points."""
+"""Panels above each other with title, key and labels, places for texts; measured in points."""
 
 from __future__ import annotations
 
@@ -101,7 +101,7 @@ class Panels:
             assert isinstance(given, Figure)
             figure = given
             box = ax.get_window_extent()
-            x0, y0, width, own = np.array(box.bounds) * 72.0 / figure.dpi
+            x0, y0, width, high = np.array(box.bounds) * 72.0 / figure.dpi
             self.k: float = float(np.clip(width / (style.GRAPH - LEFT), style.SMALLEST, LARGEST))
         else:
             width *= sheet.share
@@ -121,7 +121,7 @@ class Panels:
             each = max(HEIGHTS.get(count, LOW), 10.0 * rows + 8.0)
             low = max(sheet.share, LOWEST) if sheet.width is not None else 1.0
             tall = low * (height if height is not None else count * each + (count - 1) * GAP)
-            x0, y0, own = k * LEFT, k * BOTTOM, tall
+            x0, y0, high = k * LEFT, k * BOTTOM, tall
             figure.set_size_inches(width / 72, (tall + k * BOTTOM + above) / 72)
             width -= k * (LEFT + 14.0) + right
             start = 12.0 * k
@@ -131,7 +131,7 @@ class Panels:
             lines = in_lines(title, 0.75 * style.TITLE * k, room, style.NOTE_FONT)
             width -= right
         self.figure: Figure = figure
-        self.box: tuple[float, float, float, float] = (x0, y0, width, own)
+        self.box: tuple[float, float, float, float] = (x0, y0, width, high)
         self.points = Affine2D().scale(1 / 72) + figure.dpi_scale_trans
         self.panels: list[Axes] = self._panels(ax, count)
         self._write(entries, lines, subtitle, start, room)
@@ -301,7 +301,7 @@ class Panels:
         ):
             text, chosen = fitted(name, small.size, room, style.NOTE_FONT)
             more = {"xycoords": panel.get_yaxis_transform(), "va": "center_baseline"}
-            note(panel, text, (1.0, value), (6.0 * k, y - at), chosen, color, **more)
+            note(panel, plain(text), (1.0, value), (6.0 * k, y - at), chosen, color, **more)
 
 
 def spread(wanted: Sequence[float], apart: float, low: float, high: float) -> list[float]:

@@ -190,7 +190,7 @@ def _draw(
     values = scale(locus.values)
     _, drawn = with_gaps(values[:, 0], values, cuts(values))
     look = style.line_of(k) | {"linewidth": 1.5}
-    look |= {"linestyle": "", "marker": "o", "markersize": 3.0 / frame.k} if dots else {}
+    look |= {"linestyle": "", "marker": "o", "markersize": 3.0} if dots else {}
     frame.line(panel, f"locus-{locus.name}", *drawn.T, **look)
     for tip, along in () if dots else _arrows(values, point):
         length, half = ARROW[0] * frame.k * point, ARROW[1] * frame.k * point

@@ -2,8 +2,7 @@
 
 Each label takes the cheapest of its candidate places, the first ranks before the others and
 the hardest labels first; then all are reconsidered until nothing changes, and a label that
-came off badly may push others aside (`mechdae.draw.labels.layout`). Lengths are in units of
-the sheet.
+came off badly may push others aside. Lengths are in units of the sheet.
 """
 
 from __future__ import annotations

@@ -189,33 +189,33 @@ def chosen_labels(
     def look(trials: Sequence[MovingPlaces]) -> None:
         for k, block in enumerate(blocks):
             seen = [(trial, trial.there.index(k)) for trial in trials if k in trial.there]
-            seen = [(own, i) for own, i in seen if np.isfinite(own.spots[i]).all()]
-            counts = [len(own.ways) for own, _ in seen]
+            seen = [(trial, i) for trial, i in seen if np.isfinite(trial.spots[i]).all()]
+            counts = [len(trial.ways) for trial, _ in seen]
             if not counts:
                 continue
-            half = np.repeat([own.half for own, _ in seen], counts, axis=0)
-            shy = np.repeat([own.label.own is not None for own, _ in seen], counts)
-            cost = block.cost(np.vstack([own.spots[i] for own, i in seen]), half, shy)
-            for (own, i), part in zip(seen, np.split(cost, np.cumsum(counts)[:-1]), strict=True):
-                own.cover[i] = part
+            half = np.repeat([trial.half for trial, _ in seen], counts, axis=0)
+            shy = np.repeat([trial.label.own is not None for trial, _ in seen], counts)
+            cost = block.cost(np.vstack([trial.spots[i] for trial, i in seen]), half, shy)
+            for (trial, i), part in zip(seen, np.split(cost, np.cumsum(counts)[:-1]), strict=True):
+                trial.cover[i] = part
 
-    def course(own: MovingPlaces) -> LabelCourse:
-        cover, low, high = own.cover.copy(), own.spots - own.half, own.spots + own.half
-        for box in taken[:, own.there, None]:
+    def course(trial: MovingPlaces) -> LabelCourse:
+        cover, low, high = trial.cover.copy(), trial.spots - trial.half, trial.spots + trial.half
+        for box in taken[:, trial.there, None]:
             shared = np.minimum(high, box[..., 2:]) - np.maximum(low, box[..., :2])
-            share = np.prod(np.maximum(shared, 0.0) / (2 * own.half), axis=-1)
+            share = np.prod(np.maximum(shared, 0.0) / (2 * trial.half), axis=-1)
             cover += (share > 0) * TAKEN * (1.0 + 2.0 * share)
         beside = np.array([cover[0], *cover, cover[-1]])
         worst = np.max([beside[:-2], beside[1:-1], beside[2:]], axis=0)  # links pass between poses
-        cost, picks = cheapest_course(worst + own.costs, own.ways)
-        return LabelCourse(cost, own, picks, own.spots[range(len(picks)), picks])
+        cost, picks = cheapest_course(worst + trial.costs, trial.ways)
+        return LabelCourse(cost, trial, picks, trial.spots[range(len(picks)), picks])
 
     labels = sorted(every[0].values(), key=lambda label: label.kind == "number")
     trials = {
         sought.gid: [places_of(sought.gid, sought.label, at) for at in anchors_of(sought)]
         for sought in labels
     }
-    look([own for some in trials.values() for own in some])
+    look([trial for some in trials.values() for trial in some])
     for label in labels:
         best = min(map(course, trials[label.gid]), key=_price)
         if best.cost > 2 * layout.POOR * len(best.picks):

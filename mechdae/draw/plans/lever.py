@@ -4,6 +4,9 @@ Every force is put, as it is, at the end of the turned velocity of the point it 
 moment about the pole is then its power, and all moments together vanish. A couple is two
 forces at the images of two points of its link, so is the balancing torque of the driver. The
 plan is turned clockwise, so that counter-clockwise moments are positive powers.
+
+Friction circles: the reaction of a pin with friction passes its centre at the radius
+rho = r sin(arctan f), on the side on which its moment opposes the turning.
 """
 
 from __future__ import annotations

@@ -224,7 +224,7 @@ class Relations:
     def _apart(self, one: Spot, other: Spot) -> bool:
         return float(np.linalg.norm(one.position - other.position)) > 0.0
 
-    def _base(self, own: list[Spot], group: tuple[str, ...]) -> Spot:
+    def _base(self, spots: list[Spot], group: tuple[str, ...]) -> Spot:
         """Return the point a body is known by: shared with the ground or an earlier group."""
 
         def rank(spot: Spot) -> int:
@@ -234,7 +234,7 @@ class Relations:
             earlier = [order for order in earlier if order < now]
             return min(earlier) if earlier else len(self.groups)
 
-        return min(own, key=rank)
+        return min(spots, key=rank)
 
     def _meets(self, spot: Spot, group: tuple[str, ...]) -> bool:
         """Whether a point is shared with another body of its group, or a bar ends there."""

@@ -78,21 +78,21 @@ def _apart(
     sides: Mapping[str, float],
 ) -> dict[str, float]:
     middle, step = scene.place(staying.first, pose), AWAY * size
-    kept = [np.zeros(3)]
+    bodies = [np.zeros(3)]
     for body in {body for joint in (*moving, staying) for body in joint.bodies} - {GROUND}:
         for reference in scene.points(body):
             away = scene.place(reference, pose) - middle
             if np.linalg.norm(away) > 1e-6 * size:
-                kept.append(step * away / np.linalg.norm(away))
+                bodies.append(step * away / np.linalg.norm(away))
     axes = [scene.axis(joint, pose) for joint in moving]
     known = np.array([np.zeros(3) if axis is None else axis for axis in axes])
     best, signs = -np.inf, (0.0,) * len(moving)
     for choice in product(STEPS, repeat=len(moving)):
         places = np.vstack(
-            [*kept, *(step * s * axis for s, axis in zip(choice, known, strict=True))]
+            [*bodies, *(step * s * axis for s, axis in zip(choice, known, strict=True))]
         )
         i, j = np.triu_indices(len(places), 1)
-        free = j >= len(kept)
+        free = j >= len(bodies)
         least = float(np.linalg.norm(places[i[free]] - places[j[free]], axis=1).min())
         beside = sum(s * sides.get(j.name, 0.0) > 0 for s, j in zip(choice, moving, strict=True))
         worth = round(least / step - 0.3 * sum(abs(s) for s in choice) + 2 * beside, 9)

@@ -15,6 +15,7 @@ from mechdae.describe.joints.joint import Joint
 from mechdae.describe.mechanism import GROUND
 from mechdae.draw import style
 from mechdae.draw.diagram.places import (
+    FLAT,
     Place,
     fixed_bodies,
     free_points,
@@ -153,8 +154,8 @@ class SpatialPose:
         for name, link in links.items():
             if not self.scene.shown(name, self.pose) or not link.places:
                 continue
-            own, bars, corners = link_items(link)
-            items += own
+            drawn, bars, corners = link_items(link)
+            items += drawn
             attached.bars[name] = bars
             attached.points[name] = link.places[0][:2]
             if corners is not None:
@@ -291,7 +292,7 @@ class SpatialPose:
 
     def letters(self, links: Links) -> list[Writing]:
         """Return the letters of joint places, of moved symbols and of free points."""
-        every = [mark for mark in places_of(self.scene, self.pose) if mark.references]
+        every = [place for place in places_of(self.scene, self.pose) if place.references]
         places = [self._staying(place) for place in every]
         names = letters_of(self.scene, self.pose, places)
         joints = self.scene.mechanism.joints
@@ -355,8 +356,6 @@ def ghost_lines(pose: SpatialPose) -> Sequence[Any]:
 
 SAME = 1.0
 """Places nearer than that are one, in units of the sheet."""
-FLAT = 0.02
-"""Points this close to a line or a plane, as a share of their spread, lie on it."""
 
 
 @dataclass

@@ -329,15 +329,15 @@ def planar(at: JointPlace, first: JointSide, second: JointSide) -> DrawnSymbol:
     rows, a = at.frame[:2], at.frame[2]
     drawn = DrawnSymbol()
     rise = 1.0 if float(second.way(at.other) @ a) >= 0 else -1.0
-    for colour, half, side, fill in (
+    for side, half, sign, fill in (
         (first, PLATE[0], -rise, style.FILL),
         (second, PLATE[1], rise, style.PAPER),
     ):
-        middle = at.other + 1.5 * side * a
+        middle = at.other + 1.5 * sign * a
         corners = middle + half * solids.SQUARE @ rows
-        facets = [Facet("area", corners, edge=colour.color, fill=fill, width=solids.EDGE)]
-        if colour.fixed:
-            facets = solids.plate(middle, side * a, at.frame[0], half, half)
+        facets = [Facet("area", corners, edge=side.color, fill=fill, width=solids.EDGE)]
+        if side.fixed:
+            facets = solids.plate(middle, sign * a, at.frame[0], half, half)
         drawn.items.append(solids.solid(facets, gid, Anchor(at.bases[1:], at.turn)))
     return drawn
 
@@ -358,9 +358,9 @@ def distance(at: JointPlace, first: JointSide, second: JointSide) -> DrawnSymbol
     ends, gid = np.array([at.center, at.other]), f"joint-{at.name}-distance"
     line = solids.polyline(ends, gid, width=style.LINE, dash=style.DASHED, anchor=Anchor(at.bases))
     drawn = DrawnSymbol([line])
-    for end, colour, base in zip(ends, (first, second), at.bases, strict=True):
+    for end, side, base in zip(ends, (first, second), at.bases, strict=True):
         drawn.items.append(solids.ball(end, 0.75 * style.PIN, gid, base=base))
-        if colour.fixed:
+        if side.fixed:
             drawn.items.append(at.wall(end - style.PIN * at.up, -at.up))
             drawn.items[-1].anchor = Anchor((base,))
     return drawn

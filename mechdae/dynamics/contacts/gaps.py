@@ -11,8 +11,8 @@ from dataclasses import replace
 import casadi as ca
 
 from mechdae.describe.coordinates import coordinate
-from mechdae.describe.joints.joint import LIMITS
-from mechdae.describe.joints.limits import GAPS, in_gaps, limited
+from mechdae.describe.joints.joint import GAPS, LIMITS
+from mechdae.describe.joints.limits import in_gaps, limited
 from mechdae.dynamics.equations import MotionProblem, setup
 from mechdae.dynamics.start import Start, start
 from mechdae.equations.forces.feedback import Unilateral

@@ -148,7 +148,8 @@ def page(
         raise InputError(
             f"a page shows {', '.join(KINDS)}, not {chosen.kind}", where=f"tasks.{name}"
         )
-    return _page(whole, name, lang, units_of(units).asked, dumps(whole))
+    names = (units if isinstance(units, Units) else units_of(units)).asked
+    return _page(whole, name, lang, names, dumps(whole))
 
 
 def _check_again(result: Result) -> None:

@@ -28,6 +28,7 @@ from mechdae.records import dataclass
 from mechdae.results import Named
 from mechdae.types import Booleans, Floats, Sym
 
+
 @dataclass(frozen=True)
 class JointGap:
     """The gap of one joint.
