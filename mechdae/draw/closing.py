@@ -148,7 +148,7 @@ def draw_gaps(sheet: Sheet, scene: DrawnScene, result: Result, words: Words) -> 
         name = entry["joint"]
         ends = [sheet.at(np.array(entry[word])) for word in ("from", "to")]
         gid = f"gap-{name}"
-        sheet.line(ends, color=style.ARROW, width=style.LINE, dash=style.DASHED, gid=gid)
+        sheet.line(ends, color=style.ARROW, dash=style.DASHED, gid=gid)
         joint = scene.mechanism.joints[name]
         for end, side in zip(ends, (joint.first, joint.second), strict=True):
             if side.split(".")[0] == GROUND:

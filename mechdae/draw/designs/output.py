@@ -150,16 +150,9 @@ def draw_line(
         draw_path(sheet, path, f"path-{goal.point}", style.LINE)
         points = sheet.at(places)
         sheet.line(
-            points[[0, -1]],
-            color=style.ARROW,
-            width=style.THIN,
-            dash=style.DASHED,
-            z=style.Z_MARK,
-            gid="line",
+            points[[0, -1]], color=style.ARROW, width=style.THIN, dash=style.DASHED, gid="line"
         )
-        sheet.line(
-            points, color=style.WHEEL, width=style.BAR, z=style.Z_MARK, gid="straight", weight=0.0
-        )
+        sheet.line(points, color=style.WHEEL, width=style.BAR, gid="straight", weight=0.0)
         for k, number in ((0, 1), (-1, 2)):
             sheet.circle(points[k], 3.0, fill=style.PAPER, edge=style.ARROW, gid=f"target-{number}")
         return ""

@@ -88,13 +88,11 @@ def draw_targets(sheet: Sheet, targets: Targets, words: Words) -> str:
     gaps = sheet.at(targets.reached) - wanted
     factor = enlargement(gaps, wanted)
     for k, (place, gap) in enumerate(zip(wanted, gaps, strict=True)):
-        sheet.circle(
-            place, RING, fill=style.PAPER, edge=style.ARROW, width=style.LINE, gid=f"target-{k + 1}"
-        )
+        sheet.circle(place, RING, fill=style.PAPER, edge=style.ARROW, gid=f"target-{k + 1}")
         if targets.angles is not None:
             along = np.array([np.cos(targets.angles[k]), np.sin(targets.angles[k])])
             ends = [place + RING * along, place + POINTER * along]
-            sheet.line(ends, color=style.ARROW, width=style.LINE, gid=f"direction-{k + 1}")
+            sheet.line(ends, color=style.ARROW, gid=f"direction-{k + 1}")
         if factor:
             ends = [place, place + factor * gap]
             sheet.line(
@@ -158,7 +156,7 @@ def draw_swing(
     length = float(np.hypot(*(sheet.at(ends[0]) - centre)))
     radius = max(0.42 * length, 20.0)
     points = arc(centre, radius, angles[0], angles[1])
-    sheet.line(points, color=style.ARROW, width=style.LINE, gid="swing", weight=style.PATH)
+    sheet.line(points, color=style.ARROW, gid="swing", weight=style.PATH)
     chosen = font(style.NUMBER, style.NOTE_FONT)
     low, high = ink(text, chosen)
     half = (high - low) / 2

@@ -354,7 +354,7 @@ def _draw_links(
         if joint.bar:
             ends, gid, z = [first, second], f"joint-{joint.name}-distance", style.Z_BAR
             with sheet.on(joint.first, joint.second):
-                sheet.line(ends, width=style.LINE, dash=style.DASHED, z=z, gid=gid)
+                sheet.line(ends, dash=style.DASHED, z=z, gid=gid)
     return links
 
 

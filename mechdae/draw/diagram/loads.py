@@ -279,7 +279,7 @@ def spring_mark(sheet: Sheet, load: Spring, ends: tuple[Array, Array]) -> Mark:
     if shift.any():
         for end in ends:
             tie = [end + 1.6 * shift, end - 1.6 * shift]
-            sheet.line(tie, color=style.LOAD, z=style.Z_MARK)
+            sheet.line(tie, color=style.LOAD)
     return Mark(load.name, load.name, ((ends[0] + 2 * shift, ends[1] + 2 * shift),))
 
 

@@ -444,14 +444,7 @@ def draw_ghost(sheet: Sheet, scene: DrawnScene, name: str, pose: int) -> None:
     """Draw the lines of a body in another pose, faintly."""
     for first, second in edges(shape_of(scene, name)):
         ends = [sheet.at(scene.place(f"{name}.{point}", pose)) for point in (first, second)]
-        sheet.line(
-            ends,
-            color=style.GHOST,
-            width=style.LINE,
-            z=style.Z_GHOST,
-            gid="ghost",
-            weight=style.SHADE,
-        )
+        sheet.line(ends, color=style.GHOST, z=style.Z_GHOST, gid="ghost", weight=style.SHADE)
 
 
 def within(places: Array, corners: Array) -> Booleans:

@@ -144,14 +144,12 @@ def pitch_circle(
     sheet: Sheet, center: Array, radius: float, gid: str, color: str = style.WHEEL
 ) -> None:
     """Draw a toothed wheel by its pitch circle."""
-    sheet.circle(
-        center, radius, edge=color, z=style.Z_MARK, dash=style.DASH_DOT, gid=gid, weight=style.RING
-    )
+    sheet.circle(center, radius, edge=color, dash=style.DASH_DOT, gid=gid, weight=style.RING)
 
 
 def rim(sheet: Sheet, center: Array, radius: float, gid: str) -> None:
     """Draw a smooth wheel, a pulley or a roller."""
-    sheet.circle(center, radius, edge=style.WHEEL, z=style.Z_MARK, gid=gid, weight=style.RING)
+    sheet.circle(center, radius, edge=style.WHEEL, gid=gid, weight=style.RING)
 
 
 def fixed_rim(sheet: Sheet, center: Array, radius: float, outward: float) -> None:
@@ -159,7 +157,7 @@ def fixed_rim(sheet: Sheet, center: Array, radius: float, outward: float) -> Non
     for middle in np.deg2rad([45.0, 135.0, 225.0, 315.0]):
         span = min(22.0 / radius, 0.5)
         points = arc(center, radius, middle - span, middle + span, 12)
-        sheet.line(points, color=style.GROUND, z=style.Z_MARK)
+        sheet.line(points, color=style.GROUND)
         feet = points[1::2]
         out = outward * (feet - center) / radius
         _hatch_arc(sheet, feet, out)
@@ -167,20 +165,13 @@ def fixed_rim(sheet: Sheet, center: Array, radius: float, outward: float) -> Non
 
 def toothed_line(sheet: Sheet, start: Array, end: Array, side: Array, gid: str) -> None:
     """Draw a rack: its pitch line, and its body on the `side` away from the wheel."""
-    sheet.line(
-        [start, end],
-        color=style.WHEEL,
-        dash=style.DASH_DOT,
-        z=style.Z_MARK,
-        gid=gid,
-        weight=style.RING,
-    )
+    sheet.line([start, end], color=style.WHEEL, dash=style.DASH_DOT, gid=gid, weight=style.RING)
     along, depth = unit(end - start), TEETH
     count = max(int(np.hypot(*(end - start)) / 7.0), 2)
     steps = np.linspace(0.0, float(np.hypot(*(end - start))), 4 * count + 1)
     heights = np.tile([0.0, 0.0, 1.0, 1.0], count + 1)[: len(steps)]
     teeth = start + np.outer(steps, along) + np.outer(depth * (0.3 + 0.7 * heights), side)
-    sheet.line(teeth, width=style.LINE, z=style.Z_BAR)
+    sheet.line(teeth, z=style.Z_BAR)
 
 
 def arrow(sheet: Sheet, points: Array, gid: str, color: str = style.ARROW) -> None:
@@ -188,7 +179,7 @@ def arrow(sheet: Sheet, points: Array, gid: str, color: str = style.ARROW) -> No
     behind = points[max(len(points) - 4, 0)] if len(points) > 4 else points[0]
     back = points[-1] - 8.0 * unit(points[-1] - behind)
     shaft = points[:-2] if len(points) > 4 else np.array([points[0], back])
-    sheet.line(shaft, color=color, width=1.3 * style.LINE, z=style.Z_MARK, gid=gid)
+    sheet.line(shaft, color=color, width=1.3 * style.LINE, gid=gid)
     tip(sheet, behind, points[-1], color)
 
 
@@ -209,7 +200,7 @@ def spring(sheet: Sheet, start: Array, end: Array, gid: str) -> None:
     sides = np.zeros(2 * count + 1)
     sides[1::2] = style.COIL * np.where(np.arange(count) % 2, -1.0, 1.0)
     coil = start + np.outer(steps, along) + np.outer(sides, normal(along))
-    sheet.line([start, *coil, end], color=style.LOAD, z=style.Z_MARK, gid=gid)
+    sheet.line([start, *coil, end], color=style.LOAD, gid=gid)
 
 
 def damper(sheet: Sheet, start: Array, end: Array, gid: str) -> None:
@@ -234,7 +225,7 @@ def spiral(sheet: Sheet, center: Array, gid: str) -> None:
     angles = np.linspace(0.0, 5 * np.pi, 90)
     radii = np.linspace(1.6 * style.PIN, 3.6 * style.PIN, 90)
     points = center + radii[:, None] * np.stack([np.cos(angles), np.sin(angles)], -1)
-    sheet.line(points, color=style.LOAD, width=style.THIN, z=style.Z_MARK, gid=gid)
+    sheet.line(points, color=style.LOAD, width=style.THIN, gid=gid)
 
 
 def brake(sheet: Sheet, center: Array, angle: float, gid: str) -> None:
@@ -257,7 +248,7 @@ def jaws(sheet: Sheet, center: Array, along: Array, gid: str, fixed: bool = True
     across, half = normal(along), style.JAW / 2 * along
     for side in (across, -across):
         foot = center + 2.0 * style.BAR * side
-        sheet.line([foot - half, foot + half], width=1.6 * style.LINE, z=style.Z_MARK, gid=gid)
+        sheet.line([foot - half, foot + half], width=1.6 * style.LINE, gid=gid)
         if fixed:
             hatch(sheet, foot - half, foot + half, side)
 
@@ -269,7 +260,7 @@ def stops(
     half = style.JAW / 2 * normal(along)
     for side in (along, -along):
         foot = center + (reach + 0.7 * style.BAR) * side
-        sheet.line([foot - half, foot + half], width=style.BAR, z=style.Z_MARK, gid=gid)
+        sheet.line([foot - half, foot + half], width=style.BAR, gid=gid)
         if fixed:
             hatch(sheet, foot - half, foot + half, side)
 
@@ -280,7 +271,7 @@ def shoe(sheet: Sheet, center: Array, radius: float, gid: str, fixed: bool = Tru
     for middle in (np.deg2rad(160.0), np.deg2rad(-20.0)):
         gap = radius + 1.2 * style.BAR
         points = arc(center, gap, middle - span / 2, middle + span / 2, 12)
-        sheet.line(points, width=style.BAR, z=style.Z_MARK, gid=gid)
+        sheet.line(points, width=style.BAR, gid=gid)
         if fixed:
             _hatch_arc(sheet, points[1::3], (points[1::3] - center) / gap)
 
@@ -288,9 +279,9 @@ def shoe(sheet: Sheet, center: Array, radius: float, gid: str, fixed: bool = Tru
 def tie(sheet: Sheet, center: Array, first: Array, second: Array, gid: str) -> None:
     """Draw two links whose angle is held: a strut between their bars."""
     ends = [center + style.GRIP * first, center + style.GRIP * second]
-    sheet.line(ends, width=style.BAR, z=style.Z_MARK, gid=gid)
+    sheet.line(ends, width=style.BAR, gid=gid)
     for end in ends:
-        sheet.circle(end, 0.5 * style.PIN, fill=style.INK, z=style.Z_MARK)
+        sheet.circle(end, 0.5 * style.PIN, fill=style.INK)
 
 
 def barrel(sheet: Sheet, eye: Array, back: Array, mouth: Array, gid: str) -> None:
@@ -312,11 +303,11 @@ def piston(sheet: Sheet, center: Array, along: Array, gid: str, color: str = sty
 def mass_center(sheet: Sheet, center: Array, gid: str, angle: float = 0.0) -> None:
     """Draw a centre of mass: a circle with two quarters filled, which turn with the body."""
     radius = 1.3 * style.DOT
-    sheet.circle(center, radius, fill=style.PAPER, width=style.THIN, z=style.Z_MARK, gid=gid)
+    sheet.circle(center, radius, fill=style.PAPER, width=style.THIN, gid=gid)
     for start in (angle, angle + np.pi):
         rim_points = arc(center, radius, start, start + np.pi / 2, 6)
         quarter = [center, *rim_points]
-        sheet.area(quarter, fill=style.INK, edge="none", width=0.0, z=style.Z_MARK, weight=0)
+        sheet.area(quarter, fill=style.INK, edge="none", width=0.0, weight=0)
 
 
 def scale_bar(sheet: Sheet, start: Array, length: float, gid: str) -> None:

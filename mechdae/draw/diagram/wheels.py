@@ -116,7 +116,7 @@ def _draw_spoke(
     arms = [unit(offset) for offset in offsets if np.hypot(*offset) > 1e-6]
     direction = arms[0] if arms else scene.direction(body, 0.0, pose)
     end = center + radius * direction
-    sheet.line([center, end], color=color, width=style.THIN, z=style.Z_MARK)
+    sheet.line([center, end], color=color, width=style.THIN)
     symbols.dot(sheet, end, f"body-{body}-wheel", color)
 
 

@@ -138,10 +138,8 @@ def drawn(
         for k, lines in enumerate(every):
             color = style.color_of(k)
             ends = view.flat(lines.ends)
-            gid, dash = (
-                f"axode-{lines.kind}-{lines.body}",
-                MOVING if lines.kind == "moving" else None,
-            )
+            gid = f"axode-{lines.kind}-{lines.body}"
+            dash = MOVING if lines.kind == "moving" else None
             step = max(1, -(-len(ends) // MOST))
             for line in ends[::step]:
                 if np.isfinite(line).all():
@@ -152,9 +150,8 @@ def drawn(
                     sheet.line(sheet.at(part), color=color, width=style.THIN, z=style.Z_TRACE,
                                gid=f"{gid}-rim", dash=dash, weight=0.0)  # fmt: skip
             if lines.kind == "fixed" and np.isfinite(ends[pose]).all():
-                sheet.line(sheet.at(ends[pose]), color=style.INK, width=style.LINE,
-                           z=style.Z_GHOST, dash=AXIS, gid=f"screw-axis-{lines.body}",
-                           weight=style.SHADE)  # fmt: skip
+                sheet.line(sheet.at(ends[pose]), z=style.Z_GHOST, dash=AXIS, weight=style.SHADE,
+                           gid=f"screw-axis-{lines.body}")  # fmt: skip
             names.append(f"{lines.body} {words(lines.kind + ' axode')}")
         return ", ".join(names)
 

@@ -133,8 +133,7 @@ def draw_spatial_pose(
         draw_traces(sheet, result, {ref: view.flat(path) for ref, path in scene.paths.items()})
     for other in others_of(scene, index, shown.ghosts):
         for line in ghost_lines(shown.pose(sheet, scene, other)):
-            sheet.line(line, color=style.GHOST, width=style.LINE, z=style.Z_GHOST, gid="ghost",
-                       weight=style.SHADE)  # fmt: skip
+            sheet.line(line, color=style.GHOST, z=style.Z_GHOST, gid="ghost", weight=style.SHADE)
     extra = shown.overlay(sheet) if shown.overlay is not None else ""
     links, labels, marks = draw_in_space(sheet, scene, result, index, shown, words)
     draw_triad(sheet, view)
@@ -284,7 +283,7 @@ def draw_triad(sheet: Sheet, view: Viewpoint) -> None:
         color = style.FAINT
         tip = middle + arm
         if np.hypot(*arm) < SMALL * ARM:
-            sheet.circle(middle, 2.0, fill=color, edge=color, z=style.Z_MARK, gid=f"axis-{name}")
+            sheet.circle(middle, 2.0, fill=color, edge=color, gid=f"axis-{name}")
             away = -unit(arms.sum(axis=0))
             away = away if away.any() else np.array([-1.0, -1.0])
             place = middle + 9.0 * away
