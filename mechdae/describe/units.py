@@ -319,7 +319,7 @@ def units_of(text: str | Sequence[str] | Units = (), written: str = "") -> Units
         Two units of one quantity, or none at all.
     """
     if isinstance(text, Units):
-        text, written = text.asked, text.written or written
+        return _units(text.asked, text.written or written)
     words = text.split(",") if isinstance(text, str) else text
     return _units(tuple(name.strip() for name in words), written)
 

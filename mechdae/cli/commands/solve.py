@@ -6,7 +6,7 @@ import argparse
 import sys
 from pathlib import Path
 
-from mechdae.cli import message
+from mechdae.cli import message, remarks
 from mechdae.cli.options import (
     column_names,
     columns_argument,
@@ -15,7 +15,7 @@ from mechdae.cli.options import (
     units_argument,
     units_asked,
 )
-from mechdae.cli.progress import clear, progress, remarks
+from mechdae.cli.progress import clear, progress
 from mechdae.errors import InputError, SolveError
 
 
@@ -86,7 +86,8 @@ def run(options: argparse.Namespace) -> int:
         if not options.json:
             columns = column_names(options) if options.columns else None
             print(table(result, sys.stdout.isatty(), columns))
-        code = max(code, remarks(result, options.quiet, problem.notes))
+        if result.fault or "notes" in result.summary:
+            code = max(code, remarks(result, options.quiet, problem.notes))
     if options.json:
         from mechdae.tasks.export import json_text
 

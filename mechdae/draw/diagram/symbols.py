@@ -147,9 +147,9 @@ def pitch_circle(
     sheet.circle(center, radius, edge=color, dash=style.DASH_DOT, gid=gid, weight=style.RING)
 
 
-def rim(sheet: Sheet, center: Array, radius: float, gid: str) -> None:
+def rim(sheet: Sheet, center: Array, radius: float, gid: str, color: str = style.WHEEL) -> None:
     """Draw a smooth wheel, a pulley or a roller."""
-    sheet.circle(center, radius, edge=style.WHEEL, gid=gid, weight=style.RING)
+    sheet.circle(center, radius, edge=color, gid=gid, weight=style.RING)
 
 
 def fixed_rim(sheet: Sheet, center: Array, radius: float, outward: float) -> None:

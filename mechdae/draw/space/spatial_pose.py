@@ -154,8 +154,8 @@ class SpatialPose:
         for name, link in links.items():
             if not self.scene.shown(name, self.pose) or not link.places:
                 continue
-            drawn, bars, corners = link_items(link)
-            items += drawn
+            bodies, bars, corners = link_items(link)
+            items += bodies
             attached.bars[name] = bars
             attached.points[name] = link.places[0][:2]
             if corners is not None:

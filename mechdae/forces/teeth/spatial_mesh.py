@@ -78,7 +78,8 @@ class SpatialMesh:
     def _on_carrier(self, name: str) -> str:
         """Return the point of a bearing on the carrier."""
         joint, carrier = self.model.mechanism.joints[name], getattr(self.joint, "carrier", None)
-        return joint.ends_at(carrier or GROUND)[0]
+        point: str = joint.ends_at(carrier or GROUND)[0]
+        return point
 
     def _second_velocity(self, place: Sym) -> Sym:
         """Return the velocity of the second member on the carrier at a place, a unit of its own."""

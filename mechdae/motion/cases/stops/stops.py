@@ -100,7 +100,7 @@ def passed(model: Model, q: Unknowns, rebound: bool) -> tuple[Booleans, dict[str
     stops = Stops(model, among, [model.q, ca.SX(0, 1)], lambda expression: expression)
     over, sentence = stops.over(model.mechanism.scale, q, np.zeros((len(q), 0)), model.p_values)
     firsts = {k: int(np.argmax(over[:, k])) for k in np.flatnonzero(over.any(axis=0)).tolist()}
-    return over.any(axis=1), {sentence(n, k): n for k, n in firsts.items()}
+    return np.asarray(over.any(axis=1)), {sentence(n, k): n for k, n in firsts.items()}
 
 
 def beyond(scene: Scene, x: Unknowns, u: Floats, p: Floats) -> dict[int, str]:
@@ -218,13 +218,13 @@ def mark(setting: Setting, run: Run) -> None:
     met = along.met(s) if len(run.values) > 1 else []
     run.events += [along.event(run, *each) for each in met]
     meets = sorted({stops.coordinates[k].part for *_, k in met})
-    run.stopped = over.any(axis=1)
+    run.stopped = np.asarray(over.any(axis=1))
     if met and (setting.plan.by_value or setting.graphs.nu == 1):  # else there are ways around
         behind = _behind(along, run) & ~run.stopped
         if behind.any():
             rows = np.flatnonzero(behind)
             sentences.append(f"a stop of {', '.join(meets)} is before {_some(setting, run, rows)}")
-            run.stopped |= behind
+            run.stopped = run.stopped | behind
     for name in FREE if (meets or sentences) and setting.plan.values is not None else ():
         run.summary.pop(name, None)  # of the motion without stops
     if meets and setting.plan.values is not None:
