@@ -10,15 +10,12 @@ import gc
 import sys
 from collections.abc import Sequence
 from contextlib import AbstractContextManager, nullcontext, redirect_stdout
-from typing import TYPE_CHECKING, TextIO, cast
+from typing import TextIO, cast
 
 from mechdae import __version__
 from mechdae.additions import Added, Registry
 from mechdae.errors import MechdaeError
 from mechdae.kernels.machine.library import backend
-
-if TYPE_CHECKING:
-    from mechdae.results import Result
 
 _PLAIN = {
     "list": "the predefined problems",
@@ -144,14 +141,3 @@ def message(text: str, quiet: bool) -> None:
 
             text = said(text, sys.stderr)
         print(text, file=sys.stderr)
-
-
-def remarks(result: Result, quiet: bool, said: Sequence[str] = ()) -> int:
-    """Print notes but those `said` of the file, and the fault; return the exit code."""
-    start, in_text = f"mechdae: task {result.task}:", result.units.in_text
-    for note in result.summary.get("notes", ()):
-        if not any(note.split(" is in")[0] in text for text in said):
-            message(f"{start} note: {in_text(note)}", quiet)
-    if result.fault:
-        message(f"{start} {in_text(result.fault)}", False)
-    return int(bool(result.fault))

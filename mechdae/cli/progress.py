@@ -5,11 +5,11 @@ from __future__ import annotations
 import argparse
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from mechdae.cli import message, remarks
+from mechdae.cli import message
 from mechdae.cli.options import column_names
 
 if TYPE_CHECKING:
@@ -107,3 +107,14 @@ def reported(result: Result, options: argparse.Namespace) -> int:
         for path in save(result, Path(options.out)):
             message(f"written: {path}", options.quiet)
     return code
+
+
+def remarks(result: Result, quiet: bool, said: Sequence[str] = ()) -> int:
+    """Print notes but those `said` of the file, and the fault; return the exit code."""
+    start, in_text = f"mechdae: task {result.task}:", result.units.in_text
+    for note in result.summary.get("notes", ()):
+        if not any(note.split(" is in")[0] in text for text in said):
+            message(f"{start} note: {in_text(note)}", quiet)
+    if result.fault:
+        message(f"{start} {in_text(result.fault)}", False)
+    return int(bool(result.fault))

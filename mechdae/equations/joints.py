@@ -11,7 +11,6 @@ from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
 import casadi as ca
-import numpy as np
 
 from mechdae.describe.joints.joint import Joint
 from mechdae.equations.coordinates import Frame
@@ -161,28 +160,3 @@ def rows_of(ends: Ends) -> Rows:
             hint=f"available: {', '.join(RESIDUALS)}",
         )
     return [row for part in RESIDUALS[kind] for row in part(ends)]
-
-
-def opened(joint: Joint, key: str, numbers: Mapping[str, Any], centres: Sym) -> dict[str, Sym]:
-    """Return how far the gap of a joint opens each of its equations alone, by part.
-
-    Parameters
-    ----------
-    key
-        ``clearance``, ``backlash`` or ``backlash_angle``.
-    numbers
-        Of the mechanism, floats or expressions.
-    centres
-        Distance of the centres of two wheels.
-    """
-    name, size = joint.name, numbers[f"{joint.name}.{key}"]
-    if joint.hinge:
-        return {"x": size, "y": size}
-    if joint.straight:
-        length = numbers.get(f"{name}.contact_length") if joint.guide else None
-        if length is None:
-            return {"n": size}
-        return {"n": size, "turn": np.arcsin(2 * size / length)}  # both ends within the guide
-    if key == "backlash" and joint.wheels == 2:
-        return {"mesh": size / 2 * abs(1 - numbers[f"{name}.ratio"]) / centres}
-    return {"mesh": size / 2}

@@ -9,7 +9,7 @@ import mechdae
 from tests.shared.modules import imports
 from tests.shared.walk import PACKAGE, four_bar
 
-FILES, ROOMS, CHANGES, SHARE = 68, 8, 1191, 0.61
+FILES, ROOMS, CHANGES, SHARE = 68, 8, 1192, 0.61
 """At most so many files, rooms and changes of file, at least that share of what stands there.
 
 The modules that stand alone, above all rooms, are one. They may only get better: a change that

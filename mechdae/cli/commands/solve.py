@@ -6,7 +6,7 @@ import argparse
 import sys
 from pathlib import Path
 
-from mechdae.cli import message, remarks
+from mechdae.cli import message
 from mechdae.cli.options import (
     column_names,
     columns_argument,
@@ -15,7 +15,7 @@ from mechdae.cli.options import (
     units_argument,
     units_asked,
 )
-from mechdae.cli.progress import clear, progress
+from mechdae.cli.progress import clear, progress, remarks
 from mechdae.errors import InputError, SolveError
 
 

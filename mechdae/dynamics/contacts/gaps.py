@@ -17,8 +17,8 @@ from mechdae.dynamics.equations import MotionProblem, setup
 from mechdae.dynamics.start import Start, start
 from mechdae.equations.forces.feedback import Unilateral
 from mechdae.equations.forces.generalised import times
+from mechdae.equations.gaps import opened
 from mechdae.equations.gradients import gradients
-from mechdae.equations.joints import opened
 from mechdae.equations.model import Model
 from mechdae.equations.space import left
 from mechdae.errors import InconsistentStartError, MechanismError

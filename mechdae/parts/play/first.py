@@ -9,7 +9,7 @@ from __future__ import annotations
 import casadi as ca
 
 from mechdae.describe.joints.joint import GAPS
-from mechdae.equations.joints import opened
+from mechdae.equations.gaps import opened
 from mechdae.equations.reduction import Scene
 from mechdae.parts.play.bands import BandGraphs
 from mechdae.parts.play.gaps import support

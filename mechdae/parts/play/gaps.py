@@ -21,7 +21,7 @@ import numpy as np
 
 from mechdae.describe import Mechanism
 from mechdae.describe.joints.joint import GAPS, Joint
-from mechdae.equations.joints import opened
+from mechdae.equations.gaps import opened
 from mechdae.equations.model import Model, Row
 from mechdae.errors import MechanismError
 from mechdae.records import dataclass
