@@ -71,25 +71,6 @@ def said(page):
     return page.locator("#status").inner_text()
 
 
-def same(page, result, k):
-    """Compare everything that the page tells of a pose with a result of Python."""
-    pose = page.evaluate("mechdae.pose()")
-    assert pose["bound"]["length"] < 1e-10
-    count = 0
-    for path, values in pose["outputs"].items():
-        kind, part, name = path.split("/")
-        table = getattr(result, kind)
-        if part not in table or name not in table[part]:
-            continue
-        own, series = np.asarray(values), np.asarray(table[part][name])
-        largest = np.nanmax(np.abs(series))
-        if name == "angle":
-            own = own - 2 * np.pi * np.round((own - series[k]) / (2 * np.pi))
-        assert np.abs(own - series[k]).max() <= 1e-8 * max(largest, 1e-3), path
-        count += 1
-    return count, pose
-
-
 @in_browser
 @pytest.mark.parametrize(
     ("steps", "clicks"),
@@ -104,31 +85,11 @@ def test_what_is_drawn_is_what_python_solves(drawing, tmp_path, steps, clicks):
     drawn.out(page, 1.6)
     assert draw(page, steps) == clicks
     assert page.evaluate("mechdae.mobility()") == {"count": 1, "rank": 1, "without": []}
+    drawn.as_python(page, tmp_path / "drawn.toml")
     file = tmp_path / "drawn.toml"
-    file.write_text(page.evaluate("mechdae.toml()"), encoding="utf-8")
-    problem = md.load(file)
     # lengths are parameters with at most two decimals of a millimetre
     assert all(len(str(round(1000 * value, 9)).partition(".")[2]) <= 2
-               for value in problem.mechanism.parameters.values())  # fmt: skip
-    values = page.evaluate("mechdae.values()")
-    assert len(values) > 300
-    chosen = values[20:-20:40]
-    driver = md.Driver(problem.task("window").driver.coordinate, at=tuple(chosen))
-    result = md.solve(problem.mechanism, md.Sweep(driver=driver))
-    assert set(result.status) == {"ok"}
-    loaded = "forces" in problem.tasks
-    acting = md.solve(problem.mechanism, md.Reactions(driver=driver)) if loaded else None
-    for k, value in enumerate(chosen):
-        assert page.evaluate(f"mechdae.set({value!r})") is True
-        count, pose = same(page, result, k)
-        assert count > 15
-        if acting is None:
-            continue
-        largest = np.abs(acting.efforts[driver.coordinate]).max()
-        effort = pose["forces"]["efforts"][driver.coordinate]
-        assert effort == pytest.approx(acting.efforts[driver.coordinate][k], abs=1e-8 * largest)
-        for name, reaction in pose["forces"]["reactions"].items():
-            assert reaction == pytest.approx(acting.joints[name].reaction[k], abs=1e-6)
+               for value in md.load(file).mechanism.parameters.values())  # fmt: skip
     page.locator("input[accept='.toml']").set_input_files(file)
     until(page, "mechdae.opened() === 1")
     assert page.evaluate("mechdae.toml()") == file.read_text(encoding="utf-8")
@@ -156,18 +117,8 @@ def test_cylinders_drive_an_excavator_arm(drawing, tmp_path):
     assert draw(page, drawn.EXCAVATOR) == 17
     assert page.evaluate("mechdae.mobility()") == {"count": 2, "rank": 2, "without": []}
     file = tmp_path / "drawn.toml"
-    file.write_text(page.evaluate("mechdae.toml()"), encoding="utf-8")
+    drawn.as_python(page, file)
     problem = md.load(file)
-    named = [driver.coordinate for driver in problem.task("window").drivers]
-    assert named == page.evaluate("mechdae.state().drivers")
-    begun = [driver.from_ for driver in problem.task("window").drivers]
-    for u in ([begun[0] + 0.01, begun[1] + 0.004], [begun[0] - 0.01, begun[1] - 0.003]):
-        ways = [md.Driver(own, at=(a, b)) for own, a, b in zip(named, begun, u, strict=True)]
-        result = md.solve(problem.mechanism, md.Sweep(drivers=ways))
-        assert page.evaluate(f"mechdae.lead({u})") is True
-        points = page.evaluate("mechdae.pose().points")
-        for name, series in result.points.items():
-            assert np.abs(series.position[1] - points[name]).max() < 1e-9
     assert md.solve(problem, "window").status[-1] == "ok"
 
 
@@ -501,7 +452,7 @@ def test_welds_and_bars_of_a_file_move_as_python_moves_them(drawing, tmp_path):
     result = md.solve(md.load(file).mechanism, md.Sweep(driver=driver))
     for k, value in enumerate(values):
         assert page.evaluate(f"mechdae.set({value!r})") is True
-        assert same(page, result, k)[0] > 20
+        assert drawn.same(page, result, k)[0] > 20
 
 
 @in_browser

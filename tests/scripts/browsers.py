@@ -1,10 +1,10 @@
 """Live pages and the editor in Firefox and WebKit: what they show against what Python solved.
 
-    python -m tests.scripts.browsers --out docs/data/browsers.json [NAME ...]
+    python -m tests.scripts.browsers --out docs/data/browsers.json [--only Firefox] [NAME ...]
 
-Firefox is spoken to over its own port (WebDriver BiDi), WebKitGTK by ``WebKitWebDriver`` and
-selenium under ``Xvfb`` (Debian: ``firefox-esr``, ``webkit2gtk-driver``, ``xvfb``;
-``pip install selenium``, which brings ``websocket-client``). Not in CI; run before a release.
+Firefox is spoken to over its own port (WebDriver BiDi); in it mechanisms are drawn by mouse events
+too. WebKitGTK is led by ``WebKitWebDriver`` and selenium under ``Xvfb``. Debian: ``firefox-esr``,
+``webkit2gtk-driver``, ``xvfb``; ``pip install selenium``. Not in CI; run before a release.
 """
 
 from __future__ import annotations
@@ -27,6 +27,8 @@ import mechdae as md
 from mechdae.describe.file.library import names
 from mechdae.errors import MechdaeError
 from mechdae.parts.page.editor import editor
+from tests.shared import drawing
+from tests.shared.firefox import Firefox
 
 ASKED = """(() => {
   const data = JSON.parse(document.getElementById('mechdae').textContent);
@@ -49,6 +51,15 @@ DRAWN = """(() => {
 })()"""
 EDITED = ("gorshkov-seven-link", "triad-six-modes", "c1-exact-max-mu")
 """Problems that the editor opens."""
+GESTURES = {
+    "four-bar with coupler point": drawing.COUPLER,
+    "slider-crank at 30 degrees": drawing.SLIDER_CRANK,
+    "Watt six-bar": drawing.WATT,
+    "geared five-bar": drawing.GEARED,
+    "excavator arm with cylinders": drawing.EXCAVATOR,
+    "toggle press with load": drawing.TOGGLE,
+}
+"""What is drawn by mouse events."""
 SPENT = """(() => {
   const { sliders } = JSON.parse(document.getElementById('mechdae').textContent);
   if (!sliders || !sliders.length) return 'null';
@@ -62,76 +73,6 @@ SPENT = """(() => {
   mechdae.set({ [name]: value });
   return JSON.stringify(spent.sort((a, b) => a - b)[3]);
 })()"""
-
-
-class Firefox:
-    """Firefox without a window, over WebDriver BiDi."""
-
-    def __init__(self, folder: Path) -> None:
-        from websocket import create_connection
-
-        program = shutil.which("firefox-esr") or shutil.which("firefox")
-        if program is None:
-            raise FileNotFoundError("no Firefox on this machine")
-        profile = folder / "profile"
-        profile.mkdir()
-        words = ["--headless", "--no-remote", "--profile", str(profile)]
-        self.process = subprocess.Popen(
-            [program, *words, "--remote-debugging-port=0"],
-            stderr=subprocess.PIPE,
-            stdout=subprocess.DEVNULL,
-            text=True,
-            env={**os.environ, "HOME": str(folder), "MOZ_HEADLESS": "1"},
-        )
-        address = ""
-        assert self.process.stderr is not None
-        for line in self.process.stderr:
-            if "ws://" in line:
-                address = line[line.index("ws://") :].strip()
-                break
-        self.socket = create_connection(f"{address}/session", timeout=120, suppress_origin=True)
-        self.count, self.said = 0, []
-        found = self.call("session.new", capabilities={})["capabilities"]
-        self.version = f"Firefox {found['browserVersion']}"
-        self.call("session.subscribe", events=["log.entryAdded"])
-        self.context = self.call("browsingContext.getTree")["contexts"][0]["context"]
-
-    def call(self, method: str, **params: Any) -> Any:
-        """Send a command and wait for its answer; messages of the console are kept."""
-        self.count += 1
-        self.socket.send(json.dumps({"id": self.count, "method": method, "params": params}))
-        while True:
-            answer = json.loads(self.socket.recv())
-            if answer.get("method") == "log.entryAdded":
-                self.said.append(str(answer["params"].get("text")))
-            if answer.get("id") == self.count:
-                if answer["type"] == "error":
-                    raise RuntimeError(answer["message"])
-                return answer["result"]
-
-    def opens(self, file: Path) -> None:
-        """Open a page."""
-        self.call(
-            "browsingContext.navigate", context=self.context, url=f"file://{file}", wait="complete"
-        )
-
-    def asks(self, expression: str) -> Any:
-        """Return the value of an expression that gives JSON."""
-        found = self.call(
-            "script.evaluate",
-            expression=expression,
-            target={"context": self.context},
-            awaitPromise=True,
-        )
-        if found["type"] != "success":
-            raise RuntimeError(found["exceptionDetails"]["text"])
-        return json.loads(found["result"]["value"])
-
-    def close(self) -> None:
-        """End it."""
-        self.socket.close()
-        self.process.terminate()
-        self.process.wait(30)
 
 
 class WebKit:
@@ -221,6 +162,22 @@ def edited(browser: Firefox | WebKit, folder: Path) -> dict[str, Any]:
     return {"poses": poses, "worst": float(f"{worst:.2g}"), "empty": empty}
 
 
+def gestured(browser: Firefox, folder: Path) -> dict[str, Any]:
+    """Return what drawing by mouse events took, and how far it is from what Python solves of it."""
+    table = {}
+    for name, steps in GESTURES.items():
+        browser.opens(editor().save(folder / "editor.html"))
+        if steps is not drawing.EXCAVATOR:
+            drawing.out(browser, 1.6)
+        begun = time.monotonic()
+        clicks = drawing.draw(browser, steps)
+        seconds = round(time.monotonic() - begun, 1)
+        poses, worst = drawing.as_python(browser, folder / "drawn.toml")
+        table[name] = {"clicks": clicks, "seconds": seconds, "poses": poses,
+                       "worst": float(f"{worst:.2g}")}  # fmt: skip
+    return table
+
+
 def examined(kind: type[Firefox] | type[WebKit], chosen: list[str]) -> dict[str, Any]:
     """Return the figures of one browser, page by page."""
     table: dict[str, Any] = {}
@@ -245,6 +202,8 @@ def examined(kind: type[Firefox] | type[WebKit], chosen: list[str]) -> dict[str,
                 print(browser.version, name, own, file=sys.stderr, flush=True)
             browser.said.clear()
             drawn = edited(browser, Path(folder))
+            if isinstance(browser, Firefox):
+                drawn["drawn"] = gestured(browser, Path(folder))
             drawn["said"] = list(browser.said)
         finally:
             browser.close()
@@ -269,9 +228,14 @@ def main() -> None:
     parser = argparse.ArgumentParser()
     parser.add_argument("names", nargs="*")
     parser.add_argument("--out", type=Path)
+    parser.add_argument("--only", choices=("Firefox", "WebKit"))
     options = parser.parse_args()
-    figures = []
+    known = options.out and options.out.exists() and options.only
+    figures = json.loads(options.out.read_text(encoding="utf-8")) if known else []
     for kind in (Firefox, WebKit):
+        if options.only not in (None, kind.__name__):
+            continue
+        figures = [own for own in figures if not own["browser"].startswith(kind.__name__)]
         figures.append(examined(kind, options.names or list(names())))
         if options.out:
             options.out.write_text(json.dumps(figures, indent=1) + "\n", encoding="utf-8")

@@ -2,6 +2,11 @@
 
 from __future__ import annotations
 
+import numpy as np
+import pytest
+
+import mechdae as md
+
 FOUR_BAR = [("link", [(0, 0), (20, 40), (120, 80), (100, 0)]), ("pivot", [(0, 0), (100, 0)]),
             ("driver", [(10, 20)])]  # fmt: skip
 # crank O A, its pin in the slot of rod G B; B C with a slider at C, B E and E F
@@ -81,3 +86,78 @@ def out(page, factor):
     box = page.locator("#diagram").bounding_box()
     page.mouse.move(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
     page.mouse.wheel(0, 100 * (factor - 1) * 4.6)
+
+
+def same(page, result, k):
+    """Compare everything that the page tells of a pose with a result of Python.
+
+    Return how many series, the pose, and the largest difference as a share of its series.
+    """
+    pose = page.evaluate("mechdae.pose()")
+    assert pose["bound"]["length"] < 1e-10
+    count, worst = 0, 0.0
+    for path, values in pose["outputs"].items():
+        kind, part, name = path.split("/")
+        table = getattr(result, kind)
+        if part not in table or name not in table[part]:
+            continue
+        shown, series = np.asarray(values), np.asarray(table[part][name])
+        if name == "angle":
+            shown = shown - 2 * np.pi * np.round((shown - series[k]) / (2 * np.pi))
+        off = np.abs(shown - series[k]).max() / max(np.nanmax(np.abs(series)), 1e-3)
+        assert off <= 1e-8, path
+        count, worst = count + 1, max(worst, float(off))
+    return count, pose, worst
+
+
+def as_python(page, file):
+    """Save what is drawn and compare its poses, forces too, with what Python solves of the file.
+
+    Return how many poses and the largest difference, as a share of its series.
+    """
+    file.write_text(page.evaluate("mechdae.toml()"), encoding="utf-8")
+    problem = md.load(file)
+    led = problem.task("window").all_drivers
+    assert [own.coordinate for own in led] == page.evaluate("mechdae.state().drivers")
+    if len(led) > 1:
+        return _led(page, problem, led)
+    values = page.evaluate("mechdae.values()")
+    assert len(values) > 300
+    chosen = values[20:-20:40]
+    driver = md.Driver(led[0].coordinate, at=tuple(chosen))
+    result = md.solve(problem.mechanism, md.Sweep(driver=driver))
+    assert set(result.status) == {"ok"}
+    loaded = "forces" in problem.tasks
+    acting = md.solve(problem.mechanism, md.Reactions(driver=driver)) if loaded else None
+    most = 0.0
+    for k, value in enumerate(chosen):
+        assert page.evaluate(f"mechdae.set({value!r})") is True
+        count, pose, worst = same(page, result, k)
+        assert count > 15
+        most = max(most, worst)
+        if acting is None:
+            continue
+        efforts = acting.efforts[driver.coordinate]
+        effort, largest = pose["forces"]["efforts"][driver.coordinate], np.abs(efforts).max()
+        assert effort == pytest.approx(efforts[k], abs=1e-8 * largest)
+        most = max(most, float(abs(effort - efforts[k]) / largest))
+        for name, reaction in pose["forces"]["reactions"].items():
+            assert reaction == pytest.approx(acting.joints[name].reaction[k], abs=1e-6)
+    return len(chosen), most
+
+
+def _led(page, problem, led):
+    """Two cylinders moved together, each way from where they are drawn."""
+    begun, worst = [own.from_ for own in led], 0.0
+    for u in ([begun[0] + 0.01, begun[1] + 0.004], [begun[0] - 0.01, begun[1] - 0.003]):
+        ways = [
+            md.Driver(own.coordinate, at=(a, b)) for own, a, b in zip(led, begun, u, strict=True)
+        ]
+        result = md.solve(problem.mechanism, md.Sweep(drivers=ways))
+        assert page.evaluate(f"mechdae.lead({u})") is True
+        points = page.evaluate("mechdae.pose().points")
+        for name, series in result.points.items():
+            off = np.abs(series.position[1] - points[name]).max()
+            assert off < 1e-9
+            worst = max(worst, float(off))
+    return 2, worst
