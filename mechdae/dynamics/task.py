@@ -136,9 +136,9 @@ def check_friction(setup: MotionProblem, x: Unknowns, v: Floats) -> None:
     def gradient() -> Graph:
         rows = ca.vertcat(*[row.expression for row in r.rows])
         found = SX(ca.jacobian(rows, r.model.q))
-        for name, mesh in r.rubbing.meshes.items():
-            if mesh.column is not None:
-                i = next(i for i, row in enumerate(r.rows) if row.owner == name and not row.driver)
+        for i, row in enumerate(r.rows):
+            mesh = None if row.driver else r.rubbing.meshes.get(row.owner)
+            if mesh is not None and mesh.column is not None:
                 found[i, :] = r.stack(mesh.column).T
         forms = [r.pressing(feedback) for feedback in r.rubbing.feedbacks]
         return k.function("gradient", [ca.densify(part) for part in (r.moved(found), *forms)])

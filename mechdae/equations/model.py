@@ -215,8 +215,11 @@ class Model:
     @property
     def mesh_names(self) -> list[str]:
         """The gears, racks and belts: joints of wheels that drive each other."""
-        joints = self.mechanism.joints.items()
-        return [name for name, joint in joints if joint.meshes and name not in self.in_gaps]
+        return [name for name, joint in self.mechanism.joints.items() if joint.meshes]
+
+    def mesh_row(self, name: str) -> Row:
+        """Return the equation of a gear, rack or belt, one that a gap opens too."""
+        return next(row for row in (*self.rows, *self.opened) if row.owner == name)
 
     @property
     def spinning(self) -> Iterable[str]:

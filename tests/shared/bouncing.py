@@ -75,6 +75,19 @@ def wheel_and_rack(**more: Any) -> dict[str, Any]:
     }  # fmt: skip
 
 
+def turned_rack() -> dict[str, Any]:
+    """The rack above its wheel, pressed by a torque 1 - 2 t, then by its other flank."""
+    data = wheel_and_rack(until=0.75, tolerance=1e-12, start={"wheel": 0.0, "guide": 1e-3})
+    data["loads"] = {"T": {"kind": "torque", "body": "wheel", "value": "1 - 2*t"}}
+    data["joints"]["mesh"] |= {"radius": -0.1, "restitution": 0.0}
+    return data
+
+
+def along_teeth(torque: Any) -> Any:
+    """Return the force that a torque on the wheel leaves for the rack, along it."""
+    return -torque / 0.1 * 2 / (2 + 0.01 / 0.1**2)
+
+
 def disc(e: float, speed: float, until: float) -> dict[str, Any]:
     """A disc on a pin in a bush of the ground with a clearance of 1 mm, its centre off by half."""
     return {

@@ -181,17 +181,15 @@ class Touching:
     def _say_what_is_left_out(self) -> None:
         """Note what joints with gaps do without: friction, forces of teeth, gaps of others."""
         model, values = self.setup.model, self.setup.model.mechanism.values()
-        rubbing = {f.contact for f in self.setup.released.rubbing.feedbacks}
+        rubbing = {f.contact for f in self.setup.released.rubbing.feedbacks if f.friction}
         rub = {c.owner for i, c in enumerate(self.contacts) if i in rubbing}
         words = ("friction", "mesh_loss")
         dry = {n for n in model.mechanism.joints if any(values.get(f"{n}.{w}", 0.0) for w in words)}
-        wheels = [n for n in model.in_gaps if model.mechanism.joints[n].meshes]
         given = with_gaps(model.mechanism.joints, values) if self.setup.task.clearance else []
         ideal = [name for name in given if name not in model.in_gaps]
         said = {
             "moves in its gap without friction: contacts there do not rub": (dry & model.in_gaps)
             - rub,
-            "acts by the moments of its wheels: their bearings bear no forces of its teeth": wheels,
             "has a gap and no restitution: it stays without a gap": ideal,
             "takes nothing from an impact: only a contact that rubs does": dry - model.in_gaps,
         }

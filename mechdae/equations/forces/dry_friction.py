@@ -12,6 +12,7 @@ gradient of the equation that holds the wheels together is one more force with a
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import casadi as ca
 
@@ -76,8 +77,13 @@ class Rubbing:
             self.feedbacks += laws.of(name)
         for k, contact in enumerate(unilateral):
             self.feedbacks += laws.of_contact(k, contact)
-        if not model.space.behind:  # in space all follows from the forces of teeth themselves
-            self.feedbacks += [self._bearings(name) for name in self.meshes if self._real(name)]
+            if contact.owner in self.meshes:  # what presses is minus, and along, its equation
+                teeth = [*laws.apart(contact.owner), *self._bearings(contact.owner)]
+                self.feedbacks += [
+                    replace(one, forms=contact.sign * one.forms, contact=k) for one in teeth
+                ]
+        for name in self.meshes:
+            self.feedbacks += [] if name in model.in_gaps else self._bearings(name)
         self.slips: list[Slip] = [*loads.slips, *laws.slips]
         self.owners = [
             None if feedback.slip is None else self._place(feedback) for feedback in self.feedbacks
@@ -97,27 +103,20 @@ class Rubbing:
         ]
         self.signs: Sym = ca.vertcat(*signs, *self.locks, *resting) if signs else SX(0, 1)
 
-    def _real(self, name: str) -> bool:
-        return self.meshes[name].column is not None
-
     def _place(self, feedback: Feedback) -> int:
         return next(k for k, slip in enumerate(self.slips) if slip is feedback.slip)
 
-    def row(self, name: str) -> Wrench:
-        """Return the gradient of the equation of a gear, rack or belt."""
-        (row,) = [row for row in self.model.rows if row.owner == name]
-        return gradients(row.expression, self.model.q)[0]
-
-    def _bearings(self, name: str) -> Feedback:
+    def _bearings(self, name: str) -> list[Feedback]:
         """Return what a real pair of wheels asks of its bearings beside its equation.
 
         Its size is the tangential force, with its sign. It does no work.
         """
         mesh = self.meshes[name]
-        assert mesh.column is not None
-        beside = add(self.row(name), times(-1, mesh.column))
-        column = times(1 / mesh.tangential, beside)
-        return Feedback(name, "largest", mesh.tangential, column, SX(0), friction=False)
+        if mesh.column is None or self.model.space.behind:
+            return []  # in space all follows from the forces of teeth themselves
+        row = gradients(self.model.mesh_row(name).expression, self.model.q)[0]
+        column = times(1 / mesh.tangential, add(row, times(-1, mesh.column)))
+        return [Feedback(name, "largest", mesh.tangential, column, SX(0), friction=False)]
 
     @property
     def frictional(self) -> bool:

@@ -167,11 +167,15 @@ class Laws:
 
     # -- meshes ----------------------------------------------------------------------------
 
+    def apart(self, name: str) -> list[Feedback]:
+        """Return what pushes the wheels of a mesh apart."""
+        mesh = self.meshes[name]
+        forms = ca.vertcat(mesh.tangential, -mesh.tangential)
+        found = [Feedback(name, "largest", forms, mesh.apart, SX(0), friction=False)]
+        return found if mesh.apart else []
+
     def _mesh(self, name: str, mesh: MeshForces) -> list[Feedback]:
-        result = []
-        if mesh.apart:
-            forms = ca.vertcat(mesh.tangential, -mesh.tangential)
-            result.append(Feedback(name, "largest", forms, mesh.apart, SX(0), friction=False))
+        result = self.apart(name)
         if not (self.friction and self._given(name, "mesh_loss")):
             return result
         loss = self.factor * self.model.numbers[f"{name}.mesh_loss"]

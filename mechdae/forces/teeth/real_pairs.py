@@ -123,6 +123,7 @@ def meshes_beside(
         every = range(model.q.numel())
         return meshes_of(model, teeth_along(model, released.cache, names, every, q[None]))
     rows = [row for row in released.rows if not ca.depends_on(row.expression, released.t)]
+    rows += [model.mesh_row(name) for name in names if name in model.in_gaps]
     phi = ca.vertcat(*[row.expression for row in rows])
     gradient = ca.densify(ca.jacobian(phi, model.q))
     equations = ca.Function("equations", [model.q, model.p], [ca.densify(phi), gradient])
@@ -178,19 +179,19 @@ def carried(
         A length of the mechanism.
     """
     inside = set(columns)
-    gradient = ca.jacobian(model.phi, model.q)
-    touched: list[set[int]] = [set() for _ in model.rows]
+    rows = [row for row in model.rows if row.owner not in names]
+    rows += [model.mesh_row(name) for name in names]
+    gradient = ca.jacobian(ca.vertcat(*[row.expression for row in rows]), model.q)
+    touched: list[set[int]] = [set() for _ in rows]
     for i, j in zip(*gradient.sparsity().get_triplet(), strict=True):
         touched[i].add(j)
     joints = model.mechanism.joints
     others = [
-        i for i, row in enumerate(model.rows)
-        if not joints[row.owner].meshes and touched[i] <= inside
-    ]  # fmt: skip
+        i for i, row in enumerate(rows) if not joints[row.owner].meshes and touched[i] <= inside
+    ]
     place = {j: k for k, j in enumerate(columns)}
     works = []
-    for name in names:
-        row = next(i for i, row in enumerate(model.rows) if row.owner == name)
+    for row, name in enumerate(names, len(rows) - len(names)):
         column = Mesh(model, model.ends[name], real=True).column or {}
         pair = ca.SX(1, len(place))
         for j, entry in column.items():
