@@ -114,9 +114,7 @@ class ShownAxes(Axes):
 
     def _repr_png_(self) -> tuple[bytes, dict[str, str]]:
         """Return the whole figure, two pixels for each of the usual ones, and what it shows."""
-        figure = self.get_figure(root=True)
-        assert isinstance(figure, Figure)
-        file = io.BytesIO()
+        figure, file = figure_of(self), io.BytesIO()
         figure.savefig(file, format="png", dpi=2 * style.DPI, metadata=FORMATS["png"])
         return file.getvalue(), {"alt": ". ".join(heads_of(figure))}
 
@@ -131,7 +129,7 @@ class Drawing(Figure):
 
 def svg_text(picture: Axes | Figure, text: bool = False) -> str:
     """Return a picture as the text of an SVG file, the same each time, see `save`."""
-    file, figure = io.BytesIO(), _figure_of(picture)
+    file, figure = io.BytesIO(), figure_of(picture)
     with mpl.rc_context(SETTINGS | ({"svg.fonttype": "none"} if text else {})):
         figure.savefig(file, format="svg", metadata=FORMATS["svg"])
     return described(file.getvalue().decode("utf-8"), figure)
@@ -163,9 +161,17 @@ def data_url(picture: Axes | Figure) -> str:
     return f"data:image/svg+xml;base64,{text}"
 
 
-def _figure_of(picture: Axes | Figure) -> Figure:
+def figure_of(picture: Axes | Figure) -> Figure:
+    """Return the figure of axes, or itself."""
     figure = picture if isinstance(picture, Figure) else picture.get_figure(root=True)
     assert isinstance(figure, Figure)
+    return figure
+
+
+def new_figure(*size: float, color: str = style.PAPER) -> Drawing:
+    """Return an empty figure of width and height [in] in the format of today."""
+    figure = Drawing(figsize=size or None, dpi=current_format().dpi, facecolor=color)
+    FigureCanvasAgg(figure)
     return figure
 
 
@@ -190,8 +196,7 @@ def new_axes(
         height = (tall + k * (below + above + style.STRIP) + style.EDGE + sheet.top) / 72
     elif not sheet.titled:
         height += (style.EDGE - style.TOP) / 72
-    figure = Drawing(figsize=(width, height), dpi=sheet.dpi, facecolor=theme.paint(style.PAPER))
-    FigureCanvasAgg(figure)
+    figure = new_figure(width, height, color=theme.paint(style.PAPER))
     edge = (style.EDGE / 72 / width, style.EDGE / 72 / height)
     top = sheet.top / 72 / height
     return figure.add_axes((edge[0], edge[1], 1 - 2 * edge[0], 1 - edge[1] - top))
@@ -211,8 +216,7 @@ def grid(count: int) -> tuple[Figure, list[Axes]]:
     columns = min(max(2, -(-count // 3)), count)
     rows = -(-count // columns)
     width, height = (0.6 * side for side in style.FIGURE)
-    figure = Drawing(figsize=(columns * width, rows * height), dpi=style.DPI)
-    FigureCanvasAgg(figure)
+    figure = new_figure(columns * width, rows * height)
     top = style.TOP / 72 / height / rows
     places = [(k % columns, rows - 1 - k // columns) for k in range(count)]
     size = (0.96 / columns, 0.96 / rows - top)
@@ -244,5 +248,5 @@ def save(picture: Axes | Figure, path: str | Path, text: bool = False) -> Path:
         if form == "svg":
             file.write(svg_text(picture, text).encode())
         else:
-            _figure_of(picture).savefig(file, format=form, metadata=FORMATS[form])
+            figure_of(picture).savefig(file, format=form, metadata=FORMATS[form])
     return target

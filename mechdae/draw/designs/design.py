@@ -60,9 +60,10 @@ def draw(
     """Draw a design of a synthesis, with the options of the catalogue; 0 is the best one.
 
     Of a path or a motion: the kinematic diagram at the first target, the path over the whole
-    sweep, the targets with their errors. Of a function: the output with what is wanted, below it
-    the structural error. Of a straight line: the diagram, below it the deviation. Of a rocker, or
-    a quantity that is least or largest: the diagram, in the plane with both extreme positions.
+    sweep, the targets with their errors. Of a function: the diagram, below it the output with
+    what is wanted and the structural error. Of a straight line: the diagram, below it the
+    deviation. Of a rocker, or a quantity that is least or largest: the diagram, in the plane with
+    both extreme positions.
 
     Returns
     -------
@@ -77,17 +78,16 @@ def draw(
     words = Words(lang)
     drawn = design_of(result, chosen(result, design)[0])
     goal = drawn.goal
-    if isinstance(goal, FunctionTargets):
-        return output.draw(drawn, goal, ax, words)
     shown = seen(drawn.motion, 0, view)
+    if isinstance(goal, FunctionTargets):
+        return output.draw_function(drawn, shown, goal, ax, labels, words)
     if isinstance(goal, StraightLine) and not shown.in_space:
         return output.draw_line(drawn, shown, goal, ax, labels, words)
     if isinstance(goal, Visits):
         return _visits(drawn, shown, goal, ax, labels, words)
     axes = new_axes() if ax is None else ax
     if shown.in_space:
-        facts = [drawn.name(words), *drawn.facts(words)]
-        draw_facts(axes, shown, drawn, words, facts, labels=labels)
+        draw_facts(axes, shown, drawn, words, drawn.facts(words), labels=labels)
     else:
         _swinging(drawn, shown, axes, labels, words)
     return axes
@@ -118,23 +118,18 @@ def _visits(
         if lower is None:
             return draw_targets(sheet, targets, words)
         draw_dots(sheet, targets)
-        frame = Panels(lower, 1, "", "")
-        look = {"color": style.WHEEL}
-        factor = draw_paths(
-            frame, frame.panels[0], [path], [look], targets, style.ARROW, errors=True,
-            units=design.result.units,
-        )  # fmt: skip
+        frame, units, looks = Panels(lower, 1, None), design.result.units, [{"color": style.WHEEL}]
+        factor = draw_paths(frame, [path], looks, targets, units, style.ARROW, errors=True)
         return enlarged(factor, words)
 
-    facts = [design.name(words), *design.facts(words)]
-    if not design.defects:
-        errors = np.abs(np.array(design.data["errors"], float))
-        worst = int(np.argmax(errors))
-        units = design.result.units
-        length = words.amount(float(errors[worst]), "m")
-        if "m" in units.by_si:
-            length = output.worst_text("m", errors, words, units)
-        facts.insert(2, words("largest at a target", length, worst + 1))
+    errors = np.abs(np.array(design.data["errors"], float))
+    length, units = words.amount(float(errors.max()), "m"), design.result.units
+    if "m" in units.by_si:
+        length = (
+            f"{words.number(units.of('m').factor * float(errors.max()), 4)} {units.of('m').name}"
+        )
+    most = [words("largest at a target", length, int(np.argmax(errors)) + 1)]
+    facts = design.facts(words, *([] if design.defects else most))
     draw_facts(axes, shown, design, words, facts, labels=labels, bounds=(low, high, size),
                overlay=overlay, traces=plane)  # fmt: skip
     return axes
@@ -150,22 +145,19 @@ def _share(targets: Array, spans: Array) -> float:
 def _swinging(design: DrawnDesign, shown: Seen, axes: Axes, labels: bool, words: Words) -> None:
     """Draw the diagram between the extreme positions of a link, and those faintly."""
     scene = shown.scene
-    facts = [design.name(words), *design.facts(words)]
     rockers = [goal for goal, _ in design.demand.goals if isinstance(goal, Rocker)]
     turning = [goal.coordinate for goal in rockers if goal.coordinate.endswith(".angle")]
     end = _end_of(design, scene, turning[0].rpartition(".")[0] if turning else None)
     if end is None:
-        draw_facts(axes, shown, design, words, facts, labels=labels)
+        draw_facts(axes, shown, design, words, design.facts(words), labels=labels)
         return
     body, reference, series, turns = end
     low, high = int(np.argmin(series)), int(np.argmax(series))
     swing = float(series[high] - series[low])
-    if turns:
-        facts.insert(1, words("swing", words.number(np.degrees(swing), 4)))
-    for goal in rockers:
-        if goal.time_ratio is None:
-            continue
-        facts.insert(2, words("time ratio", words.number(goal.time_ratio, 4)))
+    before = [words("swing", words.number(np.degrees(swing), 4))] * turns
+    ratios = [goal.time_ratio for goal in rockers if goal.time_ratio is not None]
+    before += [words("time ratio", words.number(ratio, 4)) for ratio in ratios[::-1]]
+    facts = design.facts(words, before=before)
 
     def overlay(sheet: Sheet) -> str:
         if turns:

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from mechdae.describe.coordinates import coordinate
 from mechdae.describe.file.problem import Problem
@@ -26,8 +25,7 @@ from mechdae.describe.tasks.synthesis import Demand, demand, listed_goals
 from mechdae.draw import style
 from mechdae.draw.diagram.driver import values_of
 from mechdae.draw.diagram.scene import Array, read_scene
-from mechdae.draw.figure import new_axes
-from mechdae.draw.graphs.frame import Entry, Panels
+from mechdae.draw.figure import figure_of, new_axes
 from mechdae.draw.poses import Seen
 from mechdae.draw.space.spatial_scene import read_spatial
 from mechdae.draw.words import Words
@@ -189,9 +187,10 @@ class DrawnDesign:
             parts.append(class_name(self.data["class"], words))
         return "  ·  ".join(parts)
 
-    def facts(self, words: Words) -> list[str]:
-        """Return objective and least transmission angle."""
-        parts = [words("objective is", words.number(self.data["objective"], 4))]
+    def facts(self, words: Words, *more: str, before: Sequence[str] = ()) -> list[str]:
+        """Return which design it is, `before`, objective, `more`, least transmission angle."""
+        objective = words("objective is", words.number(self.data["objective"], 4))
+        parts = [self.name(words), *before, objective, *more]
         angle = self.data.get("transmission_angle_min")
         if angle is not None:
             parts.append(words("transmission at least", words.number(np.degrees(angle), 3)))
@@ -242,21 +241,6 @@ SEPARATOR = "  ·  "
 MARKS = ("o", "s", "^", "D", "v", "P", "X")
 
 
-def headed(
-    result: SynthesisResult, ax: Axes | None, facts: Sequence[str], key: Sequence[Entry],
-    height: float,
-) -> Panels:  # fmt: skip
-    """Return a graph with the title of the task, facts and a key, ``height`` [pt] in a new figure.
-
-    Parameters
-    ----------
-    facts
-        What stands below the title.
-    """
-    title = str(result.title or result.problem)
-    return Panels(ax, 1, title, SEPARATOR.join(facts), key, height=height)
-
-
 def draw_facts(
     axes: Axes, shown: Seen, design: DrawnDesign, words: Words, facts: Sequence[str], pose: int = 0,
     **options: Any,
@@ -273,7 +257,10 @@ def mark_of(index: int) -> str:
     return MARKS[index % len(MARKS)]
 
 
-def above_and_below(ax: Axes | None, below: float, share: float) -> tuple[Axes, Axes]:
+def above_and_below(
+    ax: Axes | None, below: float, share: float, over: float = OVER,
+    larger: tuple[float, float] = style.USUAL,
+) -> tuple[Axes, Axes]:  # fmt: skip
     """Return axes for the diagram and for the graph.
 
     Parameters
@@ -284,36 +271,30 @@ def above_and_below(ax: Axes | None, below: float, share: float) -> tuple[Axes, 
         Height of the graph with its labels in a new figure [pt].
     share
         Share of the place of given axes that the graph takes.
+    over
+        Room above the graph [pt].
+    larger
+        How much larger than usual the diagram of a new figure is.
     """
-    if ax is None:
-        upper = new_axes()
-        figure = upper.get_figure(root=True)
-        assert isinstance(figure, Figure)
-        width, height = style.FIGURE
-        tall = height + below / 72
-        box = upper.get_position()
-        figure.set_size_inches(width, tall)
-        part = height / tall
-        upper.set_position((box.x0, 1 - (1 - box.y0) * part, box.width, box.height * part))
-        left = SIDE / 72 / width
-        lower = figure.add_axes(
-            (
-                left,
-                UNDER / 72 / tall,
-                1 - left - RIGHT / 72 / width,
-                (below - UNDER - OVER) / 72 / tall,
-            )
-        )
-        return upper, lower
-    return ax, divided(ax, share)
+    if ax is not None:
+        return ax, divided(ax, share, over)
+    upper = new_axes(larger=larger)
+    figure, box = figure_of(upper), upper.get_position()
+    width, height = figure.get_size_inches() * 72
+    tall = height + below
+    figure.set_size_inches(width / 72, tall / 72)
+    part = height / tall
+    upper.set_position((box.x0, 1 - (1 - box.y0) * part, box.width, box.height * part))
+    corner, size = (SIDE, UNDER), (width - SIDE - RIGHT, below - UNDER - over)
+    lower = figure.add_axes((*np.divide([corner, size], (width, tall)).ravel(),))
+    return upper, lower
 
 
-def divided(ax: Axes, share: float) -> Axes:
+def divided(ax: Axes, share: float, over: float = OVER) -> Axes:
     """Return new axes in the lower part of the place of others, which become as much lower."""
-    figure = ax.get_figure(root=True)
-    assert isinstance(figure, Figure)
+    figure = figure_of(ax)
     box = ax.get_position()
     part = share * box.height
     ax.set_position((box.x0, box.y0 + part, box.width, box.height - part))
-    gap = min((UNDER + OVER) / 72 / float(figure.get_size_inches()[1]), 0.5 * part)
+    gap = min((UNDER + over) / 72 / float(figure.get_size_inches()[1]), 0.5 * part)
     return figure.add_axes((box.x0, box.y0, box.width, part - gap))

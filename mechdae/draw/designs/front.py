@@ -16,7 +16,7 @@ from mechdae.draw.graphs.frame import Panels
 from mechdae.draw.graphs.scale import number, scale_of
 from mechdae.draw.words import Words
 from mechdae.errors import InputError
-from mechdae.types import Floats, Json, Points
+from mechdae.types import Json, Points
 
 if TYPE_CHECKING:
     from mechdae.results import SynthesisResult
@@ -52,9 +52,8 @@ def draw(result: SynthesisResult, ax: Axes | None = None, *, lang: str = "en") -
         words("hypervolume", words.number(front["hypervolume"], 4)),
     ]
     pairs = [(0, k) for k in range(1, values.shape[1])]
-    title = str(result.title or result.problem)
     height = 300.0 if len(pairs) == 1 else 210.0 * len(pairs)
-    frame = Panels(ax, len(pairs), title, SEPARATOR.join(facts), height=height)
+    frame = Panels(ax, len(pairs), result, SEPARATOR.join(facts), height=height)
     for panel, (i, j) in zip(frame.panels, pairs, strict=True):
         _pair(frame, panel, result, front["objectives"], values, (i, j), len(pairs) == 1)
     return frame.panels[0]
@@ -73,7 +72,7 @@ def _pair(
     k = frame.k
     scales = [scale_of(objectives[m]["unit"], [values[:, m]], result.units) for m in pair]
     x, y = (scale(values[:, m]) for scale, m in zip(scales, pair, strict=True))
-    logs = [_limits(panel, axis, coordinate) for axis, coordinate in zip("xy", (x, y), strict=True)]
+    logs = [frame.limits(panel, row, (ROOM, ROOM), way, WIDE) for way, row in (("x", x), ("y", y))]
     if alone:
         steps: Any = "post" if objectives[pair[0]]["sense"] == "least" else "pre"
         order = np.argsort(x, kind="stable")
@@ -91,22 +90,5 @@ def _pair(
             panel.minorticks_off()
             ticks = np.geomspace(coordinate.min(), coordinate.max(), 4)
             getattr(panel, f"set_{axis}ticks")(ticks, [number(tick, 2) for tick in ticks])
-    labels = []
-    for m, scale in zip(pair, scales, strict=True):
-        unit = f" [{scale.unit}]" if scale.unit else ""
-        labels.append(f"{objectives[m]['name']}{unit}")
+    labels = (each.named(objectives[m]["name"]) for m, each in zip(pair, scales, strict=True))
     frame.label(panel, *labels)
-
-
-def _limits(panel: Axes, axis: str, values: Floats) -> bool:
-    """Set the limits of an axis; return whether it is logarithmic, where values span decades."""
-    low, high = float(values.min()), float(values.max())
-    set_limits = getattr(panel, f"set_{axis}lim")
-    if low > 0 and high > WIDE * low:
-        getattr(panel, f"set_{axis}scale")("log")
-        share = (high / low) ** ROOM
-        set_limits(low / share, high * share)
-        return True
-    room = ROOM * ((high - low) or abs(high) or 1.0)
-    set_limits(low - room, high + room)
-    return False

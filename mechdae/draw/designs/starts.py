@@ -13,12 +13,12 @@ from mechdae.draw import style
 from mechdae.draw.designs.drawn_design import (
     SEPARATOR,
     class_name,
-    headed,
     mark_of,
     objective_text,
     runs_of,
     sense_of,
 )
+from mechdae.draw.designs.targets import MARK
 from mechdae.draw.diagram.heads import fitted
 from mechdae.draw.diagram.scene import Array
 from mechdae.draw.figure import note
@@ -82,18 +82,16 @@ def draw_census(result: SynthesisResult, ax: Axes | None = None, *, lang: str = 
         facts.insert(0, words("none found"))
     facts.append(objective_text(result, words))
     colours = {name: color_of(k) for k, name in enumerate(classes)}
-    key = [
-        Entry(class_name(name, words), area=(colours[name], colours[name], ""))
-        for name in classes
-        if name in shown and name != "any"
-    ]
+    named = [name for name in classes if name in shown and name != "any"]
+    key = [Entry(class_name(name, words), area=(colours[name],) * 2 + ("",)) for name in named]
     used = {row.what for row in rows}
     samples = {
         "rejected": (style.PAPER, style.INK, REJECTED),
         "failed": (style.GHOST, style.FAINT, LOST),
     }
     key += [Entry(words(word), area=sample) for word, sample in samples.items() if word in used]
-    frame = headed(result, ax, facts, key, ROW * len(rows) + 10.0)
+    height = ROW * len(rows) + 10.0
+    frame = Panels(ax, 1, result, SEPARATOR.join(facts), key, height=height)
     panel = frame.panels[0]
     _draw(frame, panel, rows, colours)
     frame.label(panel, words("hits"))
@@ -111,21 +109,11 @@ def rows_of(result: SynthesisResult, words: Words) -> list[Bar]:
         named = [class_name(kind, words)] if len(kinds) > 1 else []
         return SEPARATOR.join([words.number(value, 4), counted, *named, *more])
 
-    rows = [
-        Bar(
-            "rejected" if design.get("defects") else "design",
-            str(k),
-            design.get("class", "any"),
-            design["hits"],
-            said(
-                design["objective"],
-                design["hits"],
-                design.get("class", "any"),
-                *design.get("defects", ())[:1],
-            ),
-        )
-        for k, design in enumerate(designs, 1)
-    ]
+    rows = []
+    for k, design in enumerate(designs, 1):
+        kind, hits, defects = design.get("class", "any"), design["hits"], design.get("defects", ())
+        text = said(design["objective"], hits, kind, *defects[:1])
+        rows.append(Bar("rejected" if defects else "design", str(k), kind, hits, text))
     clusters = clusters_of(summary["runs"], sense_of(result))
     looked = len(designs) + len(summary["rejected"])
     # exact designs share the objective zero, which tells nothing about their starts
@@ -173,11 +161,7 @@ def clusters_of(runs: Sequence[Mapping[str, Any]], sense: int) -> list[tuple[flo
 
 def status_text(status: str, words: Words) -> str:
     """Return what the solver's word for a start that failed means."""
-    known = (
-        "Infeasible_Problem_Detected",
-        "Maximum_Iterations_Exceeded",
-        "Restoration_Failed",
-    )
+    known = "Infeasible_Problem_Detected", "Maximum_Iterations_Exceeded", "Restoration_Failed"
     return words(status) if status in known else status.replace("_", " ").lower()
 
 
@@ -214,6 +198,8 @@ def _draw(frame: Panels, panel: Axes, rows: Sequence[Bar], colours: Mapping[str,
 
 DECADES = 30.0
 """Ratio of largest to least objective from which the axis is logarithmic."""
+ROOM = (0.08, 0.16)
+"""Room below the objectives, and above them for the marks of what failed, as shares."""
 FAILED = 0.965
 """Height of the marks of starts that failed, as a share of the panel."""
 HEIGHT = 270.0
@@ -238,12 +224,13 @@ def draw_convergence(result: Any, ax: Axes | None = None, *, lang: str = "en") -
     )
     there = np.isfinite(values)
     facts = [words("starts", len(runs)), words("met", int(there.sum()))]
-    frame = headed(result, ax, facts, _key(runs, there, words), HEIGHT)
+    key = _key(runs, there, words)
+    frame = Panels(ax, 1, result, SEPARATOR.join(facts), key, height=HEIGHT)
     panel = frame.panels[0]
     panel.set_xlim(0.3, len(runs) + 0.7)
     panel.xaxis.set_major_locator(MaxNLocator(integer=True))
     if there.any():
-        _limits(panel, values[there])
+        frame.limits(panel, values[there], ROOM, decades=DECADES)
     else:
         panel.set_yticks([])
     _starts(frame, runs, values, (np.fmin if sense_of(result) > 0 else np.fmax))
@@ -286,24 +273,5 @@ def _starts(frame: Panels, runs: Sequence[Mapping[str, Any]], values: Array, bet
 
 def _mark(index: int) -> Json:
     color = color_of(index)
-    return {
-        "marker": mark_of(index),
-        "color": color,
-        "linestyle": "",
-        "markersize": 5.0,
-        "markerfacecolor": style.PAPER,
-        "markeredgecolor": color,
-        "markeredgewidth": 1.3,
-    }
-
-
-def _limits(panel: Axes, values: Array) -> None:
-    """Set a logarithmic axis where values span decades, with room for the marks above."""
-    low, high = float(values.min()), float(values.max())
-    if low > 0 and high > DECADES * low:
-        panel.set_yscale("log")
-        span = np.log10(high / low)
-        panel.set_ylim(low / 10 ** (0.06 * span), high * 10 ** (0.14 * span))
-        return
-    span = (high - low) or abs(high) or 1.0
-    panel.set_ylim(low - 0.08 * span, high + 0.16 * span)
+    look = {"marker": mark_of(index), "color": color, "markeredgecolor": color}
+    return MARK | look

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
-from matplotlib.axes import Axes
 
-from mechdae.describe.units import SI, Units
+from mechdae.describe.units import Units
 from mechdae.draw import style
 from mechdae.draw.diagram.heads import nice_length
 from mechdae.draw.diagram.scene import Array
@@ -66,14 +64,8 @@ def draw_path(sheet: Sheet, places: Array, gid: str, width: float = style.BAR * 
 def draw_dots(sheet: Sheet, targets: Targets) -> None:
     """Draw targets so small that they do not hide the path."""
     for k, place in enumerate(sheet.at(targets.wanted)):
-        sheet.circle(
-            place,
-            DOT,
-            fill=style.ARROW,
-            edge=style.ARROW,
-            gid=f"target-{k + 1}",
-            weight=style.PATH,
-        )
+        look = {"fill": style.ARROW, "edge": style.ARROW, "weight": style.PATH}
+        sheet.circle(place, DOT, gid=f"target-{k + 1}", **look)
 
 
 def enlarged(factor: float, words: Words) -> str:
@@ -94,14 +86,9 @@ def draw_targets(sheet: Sheet, targets: Targets, words: Words) -> str:
             ends = [place + RING * along, place + POINTER * along]
             sheet.line(ends, color=style.ARROW, gid=f"direction-{k + 1}")
         if factor:
-            ends = [place, place + factor * gap]
+            ends, width, gid = [place, place + factor * gap], 1.5 * style.LINE, f"error-{k + 1}"
             sheet.line(
-                ends,
-                color=style.ARROW,
-                width=1.5 * style.LINE,
-                z=style.Z_PIN,
-                gid=f"error-{k + 1}",
-                weight=style.PATH,
+                ends, color=style.ARROW, width=width, z=style.Z_PIN, gid=gid, weight=style.PATH
             )
     _number(sheet, wanted)
     return enlarged(factor, words)
@@ -187,29 +174,23 @@ MARK: Json = {
 
 
 def draw_paths(
-    frame: Panels,
-    panel: Axes,
-    paths: Sequence[Array],
-    looks: Sequence[dict[str, Any]],
-    targets: Targets,
-    color: str = style.INK,
-    errors: bool = False,
-    units: Units = SI,
-) -> float:
-    """Draw paths and targets into a panel whose place is final; return how errors are enlarged.
+    frame: Panels, paths: Sequence[Array], looks: Sequence[Json], targets: Targets, units: Units,
+    color: str = style.INK, errors: bool = False,
+) -> float:  # fmt: skip
+    """Draw paths and targets into the first panel; return how errors are enlarged.
 
     Parameters
     ----------
     paths, looks
         (n, 2) [m] each, with the options of its line.
+    units
+        Those that lengths are shown in.
     color
         Colour of the targets and their numbers.
     errors
         Whether lines for the errors are drawn.
-    units
-        Those that lengths are shown in.
     """
-    scale = scale_of("m", [targets.wanted], units)
+    scale, panel = scale_of("m", [targets.wanted], units), frame.panels[0]
     shown = [scale(path) for path in paths]
     wanted, reached = scale(targets.wanted), scale(targets.reached)
     everything = np.vstack([wanted, *shown])
@@ -237,7 +218,7 @@ def draw_paths(
         for way in away:
             if places.write(x, y, str(number), color, away=way):
                 break
-    frame.label(panel, f"x [{scale.unit}]", f"y [{scale.unit}]")
+    frame.label(panel, scale.named("x"), scale.named("y"))
     return factor
 
 

@@ -7,12 +7,12 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib.ticker import MaxNLocator, MultipleLocator
+from matplotlib.ticker import MaxNLocator
 
 from mechdae.draw import style
 from mechdae.draw.graphs.frame import Entry, Panels, shaded
 from mechdae.draw.graphs.poles import Clip
-from mechdae.draw.graphs.scale import Scale, number, scale_of, step_of
+from mechdae.draw.graphs.scale import Scale, scale_of
 from mechdae.draw.graphs.series import Array, lines_of
 from mechdae.errors import InputError
 from mechdae.records import dataclass
@@ -93,8 +93,7 @@ class Abscissa:
 
     def text(self, value: float, digits: int = 5) -> str:
         """Return a value with its unit, as it is shown."""
-        unit = "°" if self.is_angle else f" {self.scale.unit}" if self.scale.unit else ""
-        return f"{number(float(self.scale(value)), digits)}{unit}"
+        return self.scale.text(value, digits).replace(" deg", "°" if self.is_angle else " deg")
 
 
 @dataclass(frozen=True)
@@ -186,11 +185,6 @@ def subtitle_of(result: Result, *more: str) -> str:
     count = len(result.status)
     poses = f"{count} poses" if count > 1 else "1 pose"
     return "  ·  ".join([result.problem, result.task, poses, *more])
-
-
-def axis_label(axis: Abscissa) -> str:
-    """Return the label of the abscissa, with its unit."""
-    return f"{axis.label} [{axis.scale.unit}]" if axis.scale.unit else axis.label
 
 
 def in_window(axis: Abscissa, start: float | None, end: float | None) -> tuple[Abscissa, slice]:
@@ -288,9 +282,8 @@ def draw_axis(
     margin = 0.0 if span > 0 and axis.kind in ("driver", "time") else 0.03 * (high - low)
     for panel in frame.panels:
         panel.set_xlim(low - margin, high + margin)
-        if axis.is_angle and span > 1:
-            panel.xaxis.set_major_locator(MultipleLocator(step_of(span, 9)))
-        elif axis.kind == "pose":
+        frame.turns(panel.xaxis, axis.scale, span)
+        if axis.kind == "pose":
             panel.xaxis.set_major_locator(MaxNLocator(9, integer=True))
         for arc in arcs:
             start, end = sorted(float(axis.scale(value)) for value in (arc.start, arc.end))

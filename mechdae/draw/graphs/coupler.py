@@ -12,8 +12,8 @@ from matplotlib.ticker import MaxNLocator
 
 from mechdae.describe.mechanism import GROUND
 from mechdae.draw import style
-from mechdae.draw.graphs.abscissa import abscissa_of, subtitle_of
-from mechdae.draw.graphs.loci import Locus, draw_loci
+from mechdae.draw.graphs.abscissa import subtitle_of
+from mechdae.draw.graphs.loci import LociPanels, Locus
 from mechdae.draw.graphs.scale import scale_of
 from mechdae.draw.graphs.series import SMALL, Array, vector_of
 from mechdae.draw.smooth import smooth_vectors
@@ -69,43 +69,55 @@ def draw_all(
 ) -> Axes:
     """Draw the paths of several variants of a task, see `draw`; ticks only of one."""
     result, several = results[0], len(results) > 1
-    vectors: list[tuple[str, str, str, Array]] = []
     chosen = [list(of) if of else default_points(drawn) for drawn in results]
-    finest = [smooth_vectors(drawn, names) for drawn, names in zip(results, chosen, strict=True)]
-    for fine, names, label in zip(finest, chosen, labels, strict=True):
-        for name in names:
-            part, quantity, unit, values = vector_of(fine, name)
-            vectors.append((f"{part}, {label}" if several else part, quantity, unit, values))
-    units = list(dict.fromkeys(unit for _, _, unit, _ in vectors))
-    if not vectors:
+    if not any(chosen):
         raise InputError("no point of this result moves", hint="name points: of=['body.P']")
-    if len(units) > 1:
-        raise InputError(f"vectors in {' and in '.join(units)} in one plane", where="of")
-    quantities = list(dict.fromkeys(quantity for _, quantity, _, _ in vectors))
+    fine, loci, quantities, unit = _vectors(results, chosen, labels if several else None)
     places = set(quantities) <= set(PLACES)
-    loci = [Locus(part, values) for part, _, _, values in vectors]
     extent = np.vstack([locus.values for locus in loci])
-    scale = scale_of(units[0], [extent], result.units)
     word = "" if places else f"{quantities[0]} "
     world = places and "centrode moving" not in quantities
-    shown = pivots_of(result, extent) if world and pivots else []
     what = f"hodograph of the {' and '.join(quantities)}"
     if places:
         what = f"paths of {' and '.join(PLACES[kind] for kind in quantities)}"
-    frame = draw_loci(
-        finest[0],
+    return LociPanels(
+        fine,
         ax,
         loci,
-        abscissa_of(finest[0]),
-        scale,
-        (f"{word}x [{scale.unit}]", f"{word}y [{scale.unit}]"),
-        title=str(result.title or result.problem),
-        subtitle=subtitle_of(result, what, *([] if several else [text for text in labels if text])),
+        scale_of(unit, [extent], result.units),
+        (f"{word}x", f"{word}y"),
+        subtitle_of(result, what, *([] if several else [text for text in labels if text])),
         ticks=ticks and not several,
-        pivots=shown,
+        pivots=pivots_of(result, extent) if world and pivots else (),
         origin=not places,
-    )
-    return frame.panels[0]
+    ).panel
+
+
+def _vectors(
+    results: Sequence[Any], chosen: Sequence[list[str]], labels: Sequence[str] | None = None
+) -> tuple[Any, list[Locus], list[str], str]:
+    """Return the first result at poses near each other, curves, their quantities and unit.
+
+    Raises
+    ------
+    InputError
+        Vectors of several units.
+    """
+    finest = [smooth_vectors(drawn, names) for drawn, names in zip(results, chosen, strict=True)]
+    rows = [
+        (vector_of(fine, name), "" if labels is None else f", {labels[k]}")
+        for k, (fine, names) in enumerate(zip(finest, chosen, strict=True))
+        for name in names
+    ]
+    units = list(dict.fromkeys(row[2] for row, _ in rows))
+    if len(units) > 1:
+        raise InputError(f"vectors in {' and in '.join(units)} in one plane", where="of")
+    quantities = list(dict.fromkeys(row[1] for row, _ in rows))
+    loci = [
+        Locus(part + f" {quantity}" * (len(quantities) > 1) + label, values)
+        for (part, quantity, _, values), label in rows
+    ]
+    return finest[0], loci, quantities, units[0]
 
 
 def default_points(result: SweepResult) -> list[str]:
@@ -185,46 +197,23 @@ def draw_polar(result: Any, ax: Axes | None = None, *, of: Sequence[str] | None 
         No joint has a reaction, or the vectors have different units.
     """
     chosen = list(of) if of else _largest(result)
-    finest = smooth_vectors(result, chosen)
-    vectors = [vector_of(finest, path) for path in chosen]
-    if not vectors:
+    if not chosen:
         raise InputError("no joint has a reaction here", hint="solve a task of kind reactions")
-    if len({unit for _, _, unit, _ in vectors}) > 1:
-        raise InputError("the vectors have different units", where="of")
-    quantities = list(dict.fromkeys(quantity for _, quantity, _, _ in vectors))
-    several = len(quantities) > 1
-    loci = [
-        Locus(f"{part} {quantity}" if several else part, values)
-        for part, quantity, _, values in vectors
-    ]
-    unit = vectors[0][2]
-    scale = scale_of(unit, [np.hypot(*locus.values.T) for locus in loci], result.units)
+    fine, loci, quantities, unit = _vectors([result], [chosen])
+    sizes = [np.hypot(*locus.values.T) for locus in loci]
+    scale = scale_of(unit, sizes, result.units)
     axes = ", ".join(AXES.get(quantity.split(",")[0], quantity) for quantity in quantities)
     radial = quantities == ["reaction radial"]
     names = ("Fr", "Ft") if radial else ("Fx", "Fy") if unit == "N" else ("x", "y")
-    frame = draw_loci(
-        finest,
-        ax,
-        loci,
-        abscissa_of(finest),
-        scale,
-        (f"{names[0]} [{scale.unit}]", f"{names[1]} [{scale.unit}]"),
-        title=str(result.title or result.problem),
-        subtitle=subtitle_of(result, axes),
-        ticks=True,
-        origin=True,
-        peaks=True,
-    )
-    panel = frame.panels[0]
-    panel.grid(False)
-    largest = max(
-        (float(np.nanmax(np.hypot(*locus.values.T), initial=0.0)) for locus in loci), default=0.0
-    )
+    about = subtitle_of(result, axes)
+    frame = LociPanels(fine, ax, loci, scale, names, about, ticks=True, origin=True, peaks=True)
+    frame.panel.grid(False)
+    largest = float(np.nanmax(np.concatenate(sizes), initial=0.0))
     radii = MaxNLocator(4, steps=[1, 2, 2.5, 5, 10]).tick_values(0.0, float(scale(largest)))
     for radius in radii[1:]:
         look = {"facecolor": "none", "edgecolor": style.GHOST, "linewidth": 0.7 * frame.k}
-        panel.add_patch(Circle((0.0, 0.0), float(radius), zorder=1, **look))
-    return panel
+        frame.panel.add_patch(Circle((0.0, 0.0), float(radius), zorder=1, **look))
+    return frame.panel
 
 
 def _largest(result: SweepResult) -> list[str]:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.ticker import LogLocator, MultipleLocator, NullLocator
+from matplotlib.ticker import LogLocator, NullLocator
 
 from mechdae.draw import style
 from mechdae.draw.graphs.abscissa import (
@@ -16,7 +17,6 @@ from mechdae.draw.graphs.abscissa import (
     Abscissa,
     abscissa_of,
     arcs_of,
-    axis_label,
     beyond_key,
     draw_axis,
     events_of,
@@ -27,7 +27,7 @@ from mechdae.draw.graphs.abscissa import (
 from mechdae.draw.graphs.coupler import draw_polar
 from mechdae.draw.graphs.frame import Entry, Panels, Places
 from mechdae.draw.graphs.poles import Clip, clip_of, cuts, joined, with_gaps
-from mechdae.draw.graphs.scale import Scale, number, scale_of, step_of
+from mechdae.draw.graphs.scale import Scale, number, scale_of
 from mechdae.draw.graphs.series import Array, Line, default_lines, lines_of, with_rates
 from mechdae.draw.smooth import few_named, in_panel, smooth
 from mechdae.draw.translated import translated
@@ -49,8 +49,8 @@ QUANTITIES = {
 }  # fmt: skip
 """What is measured in a unit, where series of several names share a panel."""
 LOGARITHMIC = ("condition", "bound", "drift")
-MARGIN, PLAIN_MARGIN = 0.2, 0.06
-"""Room above and below curves with and without marked extremes, as a share of the panel."""
+MARGIN, EXTREMES = 0.06, 20.0
+"""Room above and below curves as a share of what they span; for marked extremes [pt]."""
 
 
 def draw(
@@ -127,7 +127,7 @@ def draw_all(
     frame = Panels(
         ax,
         len(groups),
-        str(results[0].title or results[0].problem),
+        results[0],
         subtitle_of(results[0], *([] if several else [text for text in names if text])),
         key,
         labels,
@@ -136,7 +136,7 @@ def draw_all(
     draw_axis(frame, whole, arcs, events)
     for panel, group, clip in zip(frame.panels, groups, clips, strict=True):
         _draw_panel(frame, panel, group, axes, results, names, extremes, clip)
-    frame.label(frame.panels[-1], x=axis_label(axes[0]))
+    frame.label(frame.panels[-1], axes[0].scale.named(axes[0].label))
     return frame.panels[0]
 
 
@@ -208,14 +208,14 @@ def _label(line: Line, group: Sequence[Line]) -> str:
 
 def _quantity(group: Sequence[Line], scale: Scale) -> str:
     words = list(dict.fromkeys(line.quantity.split(",")[0] for line in group if line.quantity))
-    unit = f"[{scale.unit}]" if scale.unit else ""
-    if len(words) == 1:
-        return f"{words[0]} {unit}".strip()
-    if words and {word.split(" ")[0] for word in words} <= {"reaction", "normal"}:
-        return f"force {unit}"
     names = {line.name for line in group}
-    word = names.pop() if len(names) == 1 and not words else QUANTITIES.get(group[0].unit, "")
-    return f"{word} {unit}".strip()
+    if len(words) == 1:
+        word = words[0]
+    elif words and {word.split(" ")[0] for word in words} <= {"reaction", "normal"}:
+        word = "force"
+    else:
+        word = names.pop() if len(names) == 1 and not words else QUANTITIES.get(group[0].unit, "")
+    return scale.named(word)
 
 
 def _clip(axes: Sequence[Abscissa], group: Sequence[Line]) -> Clip | None:
@@ -250,7 +250,7 @@ def _draw_panel(
     marked = extremes and axis.kind == "driver"
     shown = [line.values for line in group] if clip is None else [[clip.low, clip.high]]
     scale = scale_of(group[0].unit, shown, results[0].units)
-    looks = _variants(group) if several else _looks(group)
+    looks = _looks(group)
     logarithmic = all(line.quantity in LOGARITHMIC for line in group)
     if logarithmic:
         unit = results[0].units.of(group[0].unit)
@@ -271,12 +271,13 @@ def _draw_panel(
     if logarithmic and (everything > 0).any():
         _decades(panel, everything[everything > 0])
     elif clip is not None:
-        _limits(panel, scale(np.array([clip.low, clip.high])), scale, room=0.0)
+        _limits(frame, panel, scale(np.array([clip.low, clip.high])), scale, 0.0)
         for place in clip.beyond:
             at, gid = float(axis.scale(place.at)), f"beyond-{group[0].unit}"
             frame.upright(panel, at, BEYOND, gid, style.FAINT)
     elif everything.size:
-        _limits(panel, everything, scale, MARGIN if marked else PLAIN_MARGIN)
+        room = EXTREMES * frame.k / float(frame.size_of(panel)[1]) if marked else MARGIN
+        _limits(frame, panel, everything, scale, room)
     frame.label(panel, y=_quantity(group, scale))
     if marked:
         places = Places(frame, panel)
@@ -285,49 +286,37 @@ def _draw_panel(
         for line, (color, _) in zip(group, looks, strict=True):
             owner = axes[line.variant], results[line.variant]
             _mark(frame, panel, places, line, scale, *owner, color)
-    ends = [
-        (_last(scale(line.values), panel), _end(line, group, names), color)
-        for line, (color, _) in zip(group, looks, strict=True)
-    ]
-    frame.ends(panel, ends)
+    ends = [(scale(line.values), _end(line, group, names)) for line in group]
+    frame.ends(panel, [(*end, color) for end, (color, _) in zip(ends, looks, strict=True)])
 
 
 def _looks(group: Sequence[Line]) -> list[tuple[str, Any]]:
-    """Return colour and dashes of each line; without friction those of its partner, dotted."""
+    """Return colour and dashes of each line; without friction those of its partner, dotted.
+
+    Of several variants each has its colour, and each series its dashes.
+    """
+    several = len({line.variant for line in group}) > 1
     looks: list[tuple[str, Any]] = []
     known: dict[tuple[str, str], str] = {}
-    count = 0
+    count = Counter[int]()
     for line in group:
-        name = line.name.split(",")[0]
+        name, variant = line.name.split(",")[0], line.variant * several
         partner = known.get((line.partner, name))
-        if partner is not None:
+        if partner is not None and not several:
             looks.append((partner, style.DOTTED))
             continue
-        color = style.color_of(count)
-        looks.append((color, style.DASHES[count % len(style.DASHES)]))
+        k = count[variant]
+        color = style.color_of(line.variant if several else k)
+        looks.append((color, style.DASHES[k % len(style.DASHES)]))
         known[(line.path, name)] = color
-        count += 1
+        count[variant] += 1
     return looks
 
 
-def _variants(group: Sequence[Line]) -> list[tuple[str, Any]]:
-    """Return colour by variant and dashes by series."""
-    looks = []
-    count: dict[int, int] = {}
-    for line in group:
-        k = count[line.variant] = count.get(line.variant, -1) + 1
-        looks.append((style.color_of(line.variant), style.DASHES[k % len(style.DASHES)]))
-    return looks
-
-
-def _limits(panel: Axes, values: Array, scale: Scale, room: float) -> None:
-    low, high = float(values.min()), float(values.max())
-    size = max(abs(low), abs(high))
-    if high - low <= 1e-9 * size or high == low:
-        low, high = low - (0.1 * size or 1.0), high + (0.1 * size or 1.0)
-    panel.set_ylim(low - room * (high - low), high + room * (high - low))
-    if scale.unit == "deg" and high - low > 1:
-        panel.yaxis.set_major_locator(MultipleLocator(step_of(high - low, 6)))
+def _limits(frame: Panels, panel: Axes, values: Array, scale: Scale, room: float) -> None:
+    same = float(np.ptp(values)) <= 1e-9 * float(np.abs(values).max())
+    frame.limits(panel, values, (0.1, 0.1) if same else (room, room))
+    frame.turns(panel.yaxis, scale, float(np.ptp(panel.get_ylim())) / (1 + 2 * room), 6)
 
 
 def _decades(panel: Axes, values: Array) -> None:
@@ -338,11 +327,6 @@ def _decades(panel: Axes, values: Array) -> None:
     panel.set_ylim(10.0**low, 10.0**high)
     panel.yaxis.set_major_locator(LogLocator(10.0, numticks=6))
     panel.yaxis.set_minor_locator(NullLocator())
-
-
-def _last(values: Array, panel: Axes) -> float:
-    finite = values[np.isfinite(values)]
-    return float(finite[-1]) if finite.size else float(np.mean(panel.get_ylim()))
 
 
 def _mark(
@@ -369,12 +353,9 @@ def _mark(
 
 
 def _extremes(result: SweepResult, line: Line) -> Iterator[tuple[str, float, float]]:
-    found = result.summary.get("extremes", {}).get(line.extreme)
-    if found:
-        for word in ("min", "max"):
-            yield word, found[word]["at"], found[word]["value"]
-    elif line.quantity == "transmission angle":
-        transmission = result.summary.get("transmission", {}).get(line.name)
-        if transmission:
-            yield "min", transmission["at"], transmission["min"]
-            yield "max", transmission["max_at"], transmission["max"]
+    known = result.summary.get("extremes", {}).get(line.extreme) or {}
+    yield from ((word, known[word]["at"], known[word]["value"]) for word in known)
+    angle = result.summary.get("transmission", {}).get(line.name)
+    if not known and angle and line.quantity == "transmission angle":
+        yield "min", angle["at"], angle["min"]
+        yield "max", angle["max_at"], angle["max"]

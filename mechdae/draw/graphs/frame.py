@@ -9,17 +9,19 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.axis import Axis
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Rectangle
+from matplotlib.ticker import MultipleLocator
 from matplotlib.transforms import Affine2D
 from numpy.typing import ArrayLike
 
 from mechdae.draw import style
 from mechdae.draw.diagram.heads import fitted, in_lines
-from mechdae.draw.figure import Drawing, current_format, note
+from mechdae.draw.figure import current_format, figure_of, new_figure, note
 from mechdae.draw.fonts import Font, font, ink, plain
+from mechdae.draw.graphs.scale import Scale, step_of
 from mechdae.draw.graphs.series import Array
 from mechdae.draw.labels.layout import first_free
 from mechdae.draw.labels.obstacles import Obstacles
@@ -65,8 +67,8 @@ class Panels:
         Axes whose place is divided; None makes a new figure.
     count
         Number of panels.
-    title, subtitle
-        Written above.
+    result, subtitle
+        Whose title is written above, and what below it; None: neither.
     key
         Entries below the subtitle.
     names
@@ -88,53 +90,43 @@ class Panels:
         self,
         ax: Axes | None,
         count: int,
-        title: str,
-        subtitle: str,
+        result: Any,
+        subtitle: str = "",
         key: Sequence[Entry] = (),
         names: Sequence[str] = (),
         height: float | None = None,
         rows: int = 1,
     ) -> None:
-        width, sheet = style.GRAPH, current_format()
+        sheet = current_format()
         if ax is not None:
-            given = ax.get_figure(root=True)
-            assert isinstance(given, Figure)
-            figure = given
-            box = ax.get_window_extent()
-            x0, y0, width, high = np.array(box.bounds) * 72.0 / figure.dpi
+            figure = figure_of(ax)
+            x0, y0, width, high = np.array(ax.get_window_extent().bounds) * 72.0 / figure.dpi
             self.k: float = float(np.clip(width / (style.GRAPH - LEFT), style.SMALLEST, LARGEST))
+            start, room = x0, width
         else:
-            width *= sheet.share
+            figure, width = new_figure(), style.GRAPH * sheet.share
             self.k = min(max(sheet.share, style.SMALLEST), 1.0)
-            figure = Drawing(dpi=sheet.dpi, facecolor=style.PAPER)
-            FigureCanvasAgg(figure)
+            x0, y0, start, room = self.k * np.array([LEFT, BOTTOM, 12.0, -24.0])
+            room += width
         k = self.k
         small = font(style.TICK * k, style.NOTE_FONT)
         right = max((float(ink(name, small)[1][0]) for name in names), default=0.0)
         right = min(right, 0.35 * width) + (10.0 * k if names else 0.0)
+        entries, title = _rows(key, room, k), str(result and (result.title or result.problem))
+        lines = in_lines(title, 0.75 * style.TITLE * k, room, style.NOTE_FONT)
         if ax is None:
-            room = width - 24.0 * k
-            entries = _rows(key, room, k)
-            lines = in_lines(title, 0.75 * style.TITLE * k, room, style.NOTE_FONT)
             titles = ROW + 20.0 * len(lines) if sheet.titled else 0.0
             above = k * (LIFT + ROW * len(entries) + titles)
             each = max(HEIGHTS.get(count, LOW), 10.0 * rows + 8.0)
             low = max(sheet.share, LOWEST) if sheet.width is not None else 1.0
-            tall = low * (height if height is not None else count * each + (count - 1) * GAP)
-            x0, y0, high = k * LEFT, k * BOTTOM, tall
-            figure.set_size_inches(width / 72, (tall + k * BOTTOM + above) / 72)
-            width -= k * (LEFT + 14.0) + right
-            start = 12.0 * k
-        else:
-            room, start = width, x0
-            entries = _rows(key, room, k)
-            lines = in_lines(title, 0.75 * style.TITLE * k, room, style.NOTE_FONT)
-            width -= right
+            high = low * (height if height is not None else count * each + (count - 1) * GAP)
+            figure.set_size_inches(width / 72, (high + y0 + above) / 72)
+            width -= k * (LEFT + 14.0)
         self.figure: Figure = figure
-        self.box: tuple[float, float, float, float] = (x0, y0, width, high)
+        self.box: tuple[float, float, float, float] = (x0, y0, width - right, high)
         self.points = Affine2D().scale(1 / 72) + figure.dpi_scale_trans
         self.panels: list[Axes] = self._panels(ax, count)
-        self._write(entries, lines, subtitle, start, room)
+        self._write(entries, lines if result else [], subtitle, start, room)
 
     def _panels(self, ax: Axes | None, count: int) -> list[Axes]:
         x0, y0, width, height = self.box
@@ -198,18 +190,50 @@ class Panels:
         look: Json = {"color": color, "linewidth": style.LINE * self.k, "linestyle": dash}
         panel.axvline(x, zorder=1.6, clip_on=False, gid=gid, **look)
 
+    def zero(self, panel: Axes) -> None:
+        """Draw the line of zero."""
+        panel.axhline(0.0, color=style.FAINT, linewidth=0.8 * self.k, zorder=1)
+
+    def turns(self, axis: Axis, scale: Scale, span: float, most: int = 9) -> None:
+        """Set ticks that divide a turn well on an axis that shows so many degrees."""
+        if scale.unit == "deg" and span > 1:
+            axis.set_major_locator(MultipleLocator(step_of(span, most)))
+
+    def limits(
+        self, panel: Axes, values: Array, room: tuple[float, float], way: str = "y",
+        decades: float = np.inf,
+    ) -> bool:  # fmt: skip
+        """Set the limits of an axis with room below and above, as shares of what values span.
+
+        Returns whether it is logarithmic, as for values above zero that span such a ratio.
+        """
+        low, high = float(values.min()), float(values.max())
+        log = low > 0 and high > decades * low
+        low, high = (np.log10(low), np.log10(high)) if log else (low, high)
+        span = high - low
+        if span <= 1e-9 * max(abs(low), abs(high)):
+            span = 1.0 if log else max(abs(low), abs(high)) or 1.0
+        ends = np.array([low - room[0] * span, high + room[1] * span])
+        if log:
+            getattr(panel, f"set_{way}scale")("log")
+        getattr(panel, f"set_{way}lim")(*(10**ends if log else ends))
+        return log
+
     def rectangle(self, corner: tuple[float, float], wide: float, tall: float, **look: Any) -> None:
         """Draw a rectangle at a place in points from the figure's corner."""
         patch = Rectangle(corner, wide, tall, transform=self.points, clip_on=False, **look)
         self.panels[0].add_artist(patch)
+
+    def size_of(self, panel: Axes) -> Floats:
+        """Return width and height of a panel [pt]."""
+        return np.array(panel.get_window_extent().size) * 72.0 / self.figure.dpi
 
     def equal(self, panel: Axes, low: Floats, high: Floats, border: float = 0.0) -> float:
         """Set equal scales on both axes; return the size of a point [unit shown].
 
         ``border`` is free around what lies from `low` to `high` (2,) [pt].
         """
-        box = panel.get_window_extent()
-        size = np.array([box.width, box.height]) * 72.0 / self.figure.dpi
+        size = self.size_of(panel)
         room = np.maximum(size - 2 * border * self.k, 20.0)
         unit = float(((high - low) / room).max()) or 1.0 / float(room.min())
         middle, ends = (low + high) / 2, np.array([-0.5, 0.5]) * unit
@@ -244,7 +268,7 @@ class Panels:
             for offset, entry in row:
                 self._entry(start + offset, y, entry)
             y += ROW * k
-        if not current_format().titled:
+        if not (lines and current_format().titled):
             return
         text, chosen = fitted(subtitle, style.SUBTITLE * k, room, style.NOTE_FONT)
         self.text(start, y + (2.0 if rows else 0.0) * k, text, chosen, style.FAINT, "subtitle")
@@ -281,24 +305,19 @@ class Panels:
         look = {"fontproperties": chosen.properties, "color": color, "gid": gid, **more}
         self.panels[0].text(x, y, plain(text), transform=self.points, clip_on=False, **look)
 
-    def ends(self, panel: Axes, entries: Sequence[tuple[float, str, str]]) -> None:
-        """Write names (value, text, colour) to the right of a panel, near their values."""
+    def ends(self, panel: Axes, entries: Sequence[tuple[Floats, str, str]]) -> None:
+        """Write names (values, text, colour) to the right of a panel, near the last values."""
         if not entries:
             return
-        k = self.k
-        box = panel.get_window_extent()
-        inch = 72.0 / self.figure.dpi
-        height = box.height * inch
-        at_end = panel.get_xlim()[1]
-        wanted = [
-            float(panel.transData.transform((at_end, value))[1] - box.y0) * inch
-            for value, _, _ in entries
-        ]
+        k, box, inch = self.k, panel.get_window_extent(), 72.0 / self.figure.dpi
+        middle = [float(np.mean(panel.get_ylim()))]
+        last = [[*middle, *row[0][np.isfinite(row[0])].tolist()][-1] for row in entries]
+        at_end = [(panel.get_xlim()[1], value) for value in last]
+        wanted = ((panel.transData.transform(at_end)[:, 1] - box.y0) * inch).tolist()
         small = font(style.TICK * k, style.NOTE_FONT)
         room = max(24.0, 0.35 * (self.box[2] + 100.0))
-        for y, at, (value, name, color) in zip(
-            spread(wanted, 10.0 * k, 4.0 * k, height - 4.0 * k), wanted, entries, strict=True
-        ):
+        spots = spread(wanted, 10.0 * k, 4.0 * k, box.height * inch - 4.0 * k)
+        for y, at, value, (_, name, color) in zip(spots, wanted, last, entries, strict=True):
             text, chosen = fitted(name, small.size, room, style.NOTE_FONT)
             more = {"xycoords": panel.get_yaxis_transform(), "va": "center_baseline"}
             note(panel, plain(text), (1.0, value), (6.0 * k, y - at), chosen, color, **more)
@@ -356,7 +375,7 @@ class Places:
         extent = panel.get_window_extent()
         self.corner: Floats = np.array([extent.x0, extent.y0])
         self.inch: float = 72.0 / frame.figure.dpi
-        self.size: Floats = np.array([extent.width, extent.height]) * self.inch
+        self.size: Floats = frame.size_of(panel)
         self.lines: Array = np.zeros((0, 5))
         self.boxes: list[tuple[float, float, float, float, float]] = []
 

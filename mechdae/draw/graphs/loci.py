@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Polygon
 
 from mechdae.draw import style
-from mechdae.draw.graphs.abscissa import Abscissa, beyond_key
+from mechdae.draw.graphs.abscissa import Abscissa, abscissa_of, beyond_key
 from mechdae.draw.graphs.frame import Entry, Panels, Places
 from mechdae.draw.graphs.poles import Clip, clip_of, cuts, with_gaps
 from mechdae.draw.graphs.scale import Scale, number
@@ -53,44 +53,129 @@ class Ticks:
     step: str
 
 
-def draw_loci(
-    result: SweepResult, ax: Axes | None, loci: Sequence[Locus], axis: Abscissa, scale: Scale,
-    words: tuple[str, str], *, title: str, subtitle: str, ticks: bool,
-    pivots: Sequence[tuple[str, Floats]] = (), origin: bool = False, peaks: bool = False,
-) -> Panels:  # fmt: skip
-    """Draw curves with equal axes, ticks, arrows and fixed pivots, `peaks` with their size."""
-    chosen = ticks_of(result, axis) if ticks and not few_named(result) else None
-    key = [
-        Entry(locus.name, line={**style.line_of(k), "linewidth": 1.5})
-        for k, locus in enumerate(loci)
-    ]
-    if chosen is not None:
-        key.append(Entry(chosen.step, line={"upright": True, "color": style.INK, "linewidth": 1.0}))
-    clips = [_clips(axis, locus) for locus in loci]
-    key += beyond_key(axis, [clip for pair in clips for clip in pair])
-    frame = Panels(ax, 1, title, subtitle, key, height=HEIGHT)
-    panel = frame.panels[0]
-    point = _limits(frame, panel, loci, clips, scale, pivots, origin)
-    frame.label(panel, *words)
-    if origin:
-        panel.axhline(0.0, color=style.FAINT, linewidth=0.6 * frame.k, zorder=1)
-        panel.axvline(0.0, color=style.FAINT, linewidth=0.6 * frame.k, zorder=1)
-    places = Places(frame, panel)
-    for locus in loci:
-        places.keep(*scale(locus.values).T)
-    if origin:
-        places.keep(np.array(panel.get_xlim()), np.zeros(2))
-        places.keep(np.zeros(2), np.array(panel.get_ylim()))
-    for k, locus in enumerate(loci):
-        _draw(frame, panel, locus, scale, k, point, dots=few_named(result))
-    for name, place in pivots:
-        _pivot(frame, panel, places, name, scale(place), point)
-    for k, locus in enumerate(loci if peaks else ()):
-        _peak(frame, panel, places, locus, scale, k, axis)
-    if chosen is not None:
-        for k, locus in enumerate(loci):
-            _ticks(frame, panel, places, locus, scale, k, point, chosen, axis)
-    return frame
+class LociPanels(Panels):
+    """Curves with equal axes, ticks, arrows and fixed pivots.
+
+    Parameters
+    ----------
+    result
+        At poses between which curves are straight.
+    words
+        What the axes are, without units.
+    pivots
+        Names and places of fixed pivots.
+    origin, peaks
+        Whether the axes through the origin are drawn, and the farthest places with their size.
+    """
+
+    def __init__(
+        self, result: SweepResult, ax: Axes | None, loci: Sequence[Locus], scale: Scale,
+        words: Sequence[str], subtitle: str, *, ticks: bool,
+        pivots: Sequence[tuple[str, Floats]] = (), origin: bool = False, peaks: bool = False,
+    ) -> None:  # fmt: skip
+        self.axis: Abscissa = abscissa_of(result)
+        dots = few_named(result)
+        chosen = ticks_of(result, self.axis) if ticks and not dots else None
+        key = [
+            Entry(locus.name, line={**style.line_of(k), "linewidth": 1.5})
+            for k, locus in enumerate(loci)
+        ]
+        if chosen is not None:
+            line = {"upright": True, "color": style.INK, "linewidth": 1.0}
+            key.append(Entry(chosen.step, line=line))
+        clips = [_clips(self.axis, locus) for locus in loci]
+        key += beyond_key(self.axis, [clip for pair in clips for clip in pair])
+        super().__init__(ax, 1, result, subtitle, key, height=HEIGHT)
+        panel = self.panels[0]
+        self.panel: Axes = panel
+        rows = [_within(locus, clip) for locus, clip in zip(loci, clips, strict=True)]
+        rows += [place[None] for _, place in pivots] + [np.zeros((1, 2))] * origin
+        points = scale(np.vstack(rows))
+        points = points[np.isfinite(points).all(axis=1)] if len(points) else np.zeros((1, 2))
+        self.point: float = self.equal(panel, points.min(axis=0), points.max(axis=0), ROOM)
+        """Size of a point [unit shown]."""
+        self.label(panel, *map(scale.named, words))
+        self.places: Places = Places(self, panel)
+        tracks = [scale(locus.values) for locus in loci]
+        for track in tracks:
+            self.places.keep(*track.T)
+        if origin:
+            self.zero(panel)
+            panel.axvline(0.0, color=style.FAINT, linewidth=0.8 * self.k, zorder=1)
+            self.places.keep(np.array(panel.get_xlim()), np.zeros(2))
+            self.places.keep(np.zeros(2), np.array(panel.get_ylim()))
+        for k, (locus, track) in enumerate(zip(loci, tracks, strict=True)):
+            self._curve(locus.name, track, k, dots)
+        for name, place in pivots:
+            self._pivot(name, scale(place))
+        for k, (locus, track) in enumerate(zip(loci, tracks, strict=True)):
+            if peaks:
+                self._peak(locus.name, track, style.color_of(k))
+        for k, (locus, track) in enumerate(zip(loci, tracks, strict=True)):
+            if chosen is not None:
+                self._ticks(locus.name, track, style.color_of(k), chosen)
+
+    def _curve(self, name: str, track: Array, k: int, dots: bool) -> None:
+        _, drawn = with_gaps(track[:, 0], track, cuts(track))
+        look, color = style.line_of(k) | {"linewidth": 1.5}, style.color_of(k)
+        look |= {"linestyle": "", "marker": "o", "markersize": 3.0} if dots else {}
+        self.line(self.panel, f"locus-{name}", *drawn.T, **look)
+        size = np.array(ARROW) * self.k * self.point
+        for tip, along in () if dots else _arrows(track, self.point):
+            back, across = tip - size[0] * along, size[1] * np.array([-along[1], along[0]])
+            corners = np.array([tip, back + across, back - across])
+            self.panel.add_patch(Polygon(corners, closed=True, color=color, zorder=3.5, lw=0))
+        for first in track[np.isfinite(track).all(axis=1)][:1]:
+            look = {"markerfacecolor": style.PAPER, "markeredgecolor": color}
+            look |= {"marker": "o", "markersize": 5.5, "linestyle": "", "zorder": 4}
+            self.line(self.panel, f"start-{name}", first[:1], first[1:], **look)
+
+    def _beside(self, place: Array, text: str, color: str, ways: Iterable[Array]) -> None:
+        """Write a text in the first of some directions from a place that is free."""
+        x, y = place.tolist()
+        any(self.places.write(x, y, text, color, away=(*way.tolist(),)) for way in ways)
+
+    def _ticks(self, name: str, track: Array, color: str, ticks: Ticks) -> None:
+        finite = track[np.isfinite(track).all(axis=1)]
+        if not len(finite) or np.ptp(finite, axis=0).max() < 12.0 * self.point:
+            return
+        middle = (finite.min(axis=0) + finite.max(axis=0)) / 2
+        named = set(ticks.named.tolist())
+        crossed = {pose: (track[pose], _across(track, pose)) for pose in ticks.poses.tolist()}
+        crossed = {k: row for k, row in crossed.items() if np.isfinite([*row]).all()}
+        strokes, gap = [np.zeros((0, 2))], np.full((1, 2), np.nan)
+        for pose, (here, across) in crossed.items():
+            half = TICK * self.k * self.point * across * (1.5 if pose in named else 1.0)
+            strokes += [np.array([here - half, here + half]), gap]
+        look = {"color": color, "linewidth": 1.0, "zorder": 3.2}
+        self.line(self.panel, f"ticks-{name}", *np.vstack(strokes).T, **look)
+        for pose in named & set(crossed):
+            here, across = crossed[pose]
+            side = across if across @ (here - middle) >= 0 else -across
+            self._beside(here, self.axis.text(self.axis.values[pose]), color, (side, -side))
+
+    def _peak(self, name: str, track: Array, color: str) -> None:
+        """Mark the pose that is farthest from the origin, with its distance and where it is."""
+        size = np.hypot(*track.T)
+        if not np.isfinite(size).any() or np.nanmax(size) == 0:
+            return
+        pose = int(np.nanargmax(np.round(size / np.nanmax(size), 12)))
+        self.mark(self.panel, (*track[pose].tolist(),), "D", 5.0, color, f"peak-{name}")
+        text = f"{number(float(size[pose]), 4)} at {self.axis.text(self.axis.values[pose])}"
+        out = track[pose] / size[pose]
+        side = np.array([-out[1], out[0]])
+        self._beside(track[pose], text, color, (out, side, -side, -out))
+
+    def _pivot(self, name: str, place: Floats) -> None:
+        """Draw a fixed pivot as a small triangle with its letter."""
+        shape = np.array([[0.0, 0.0], [4.5, -7.5], [-4.5, -7.5]])
+        corners = place + shape * self.k * self.point
+        look = {"facecolor": style.PAPER, "edgecolor": style.GROUND}
+        look |= {"linewidth": style.LINE * self.k, "zorder": 2.5, "gid": f"pivot-{name}"}
+        self.panel.add_patch(Polygon(corners, closed=True, **look))
+        ends = [self.places.at(*corner).tolist() for corner in (corners.min(0), corners.max(0))]
+        self.places.boxes.append((*ends[0], *ends[1], 1.0))
+        self._beside(place, name, style.GROUND, np.array([[0.0, 1.0], [1.0, 0.0], [-1.0, 0.0]]))
 
 
 def ticks_of(result: SweepResult, axis: Abscissa) -> Ticks | None:
@@ -164,151 +249,21 @@ def _within(locus: Locus, clips: tuple[Clip | None, Clip | None]) -> Array:
     return locus.values[inside]
 
 
-def _limits(
-    frame: Panels,
-    panel: Axes,
-    loci: Sequence[Locus],
-    clips: Sequence[tuple[Clip | None, Clip | None]],
-    scale: Scale,
-    pivots: Sequence[tuple[str, Floats]],
-    origin: bool,
-) -> float:
-    """Set equal scales on both axes; return the size of a point [unit shown]."""
-    rows = [scale(_within(locus, clip)) for locus, clip in zip(loci, clips, strict=True)]
-    rows += [np.atleast_2d(scale(place)) for _, place in pivots]
-    rows += [np.zeros((1, 2))] if origin else []
-    points = np.vstack(rows)
-    points = points[np.isfinite(points).all(axis=1)]
-    if not len(points):
-        points = np.zeros((1, 2))
-    return frame.equal(panel, points.min(axis=0), points.max(axis=0), ROOM)
-
-
-def _draw(
-    frame: Panels, panel: Axes, locus: Locus, scale: Scale, k: int, point: float, dots: bool
-) -> None:
-    values = scale(locus.values)
-    _, drawn = with_gaps(values[:, 0], values, cuts(values))
-    look = style.line_of(k) | {"linewidth": 1.5}
-    look |= {"linestyle": "", "marker": "o", "markersize": 3.0} if dots else {}
-    frame.line(panel, f"locus-{locus.name}", *drawn.T, **look)
-    for tip, along in () if dots else _arrows(values, point):
-        length, half = ARROW[0] * frame.k * point, ARROW[1] * frame.k * point
-        across = np.array([-along[1], along[0]])
-        corners = [tip, tip - length * along + half * across, tip - length * along - half * across]
-        head = Polygon(np.array(corners), closed=True, color=style.color_of(k), zorder=3.5, lw=0)
-        panel.add_patch(head)
-    there = np.flatnonzero(np.isfinite(values).all(axis=1))
-    if there.size:
-        first = values[there[0]]
-        look = {"markerfacecolor": style.PAPER, "markeredgecolor": style.color_of(k)}
-        look |= {"marker": "o", "markersize": 5.5, "linestyle": "", "zorder": 4}
-        frame.line(panel, f"start-{locus.name}", first[:1], first[1:], **look)
-
-
-def _arrows(values: Array, point: float) -> list[tuple[Array, Array]]:
-    """Return places and directions of arrows, a quarter and three quarters along the curve."""
+def _arrows(values: Array, point: float) -> Iterator[tuple[Array, Array]]:
+    """Yield places and directions of arrows, a quarter and three quarters along the curve."""
     whole = values[np.isfinite(values).all(axis=1)]
-    if len(whole) < 3:
-        return []
     steps = np.hypot(*np.diff(whole, axis=0).T)
     length = np.cumsum(steps)
-    if length[-1] < 40.0 * point:
-        return []
-    found = []
+    if len(whole) < 3 or length[-1] < 40.0 * point:
+        return
     for share in (0.22, 0.72):
         i = min(int(np.searchsorted(length, share * length[-1])), len(steps) - 1)
         if steps[i] > 0:
-            along = (whole[i + 1] - whole[i]) / steps[i]
-            found.append((whole[i + 1], along))
-    return found
+            yield whole[i + 1], (whole[i + 1] - whole[i]) / steps[i]
 
 
-def _ticks(
-    frame: Panels,
-    panel: Axes,
-    places: Places,
-    locus: Locus,
-    scale: Scale,
-    k: int,
-    point: float,
-    ticks: Ticks,
-    axis: Abscissa,
-) -> None:
-    values = scale(locus.values)
-    finite = values[np.isfinite(values).all(axis=1)]
-    if not len(finite) or np.ptp(finite, axis=0).max() < 12.0 * point:
-        return
-    middle = (finite.min(axis=0) + finite.max(axis=0)) / 2
-    named = set(ticks.named.tolist())
-    xs, ys = [], []
-    for pose in ticks.poses.tolist():
-        here = values[pose]
-        across = _across(values, pose)
-        if across is None or not np.isfinite(here).all():
-            continue
-        half = TICK * frame.k * point * across * (1.5 if pose in named else 1.0)
-        xs += [here[0] - half[0], here[0] + half[0], np.nan]
-        ys += [here[1] - half[1], here[1] + half[1], np.nan]
-    look = {"color": style.color_of(k), "linewidth": 1.0, "zorder": 3.2}
-    frame.line(panel, f"ticks-{locus.name}", xs, ys, **look)
-    for pose in ticks.named.tolist():
-        here, across = values[pose], _across(values, pose)
-        if across is None or not np.isfinite(here).all():
-            continue
-        side = 1.0 if across @ (here - middle) >= 0 else -1.0
-        text = axis.text(axis.values[pose])
-        for sign in (side, -side):
-            away = (float(sign * across[0]), float(sign * across[1]))
-            if places.write(float(here[0]), float(here[1]), text, style.color_of(k), away=away):
-                break
-
-
-def _peak(
-    frame: Panels,
-    panel: Axes,
-    places: Places,
-    locus: Locus,
-    scale: Scale,
-    k: int,
-    axis: Abscissa,
-) -> None:
-    """Mark the pose that is farthest from the origin, with its distance and where it is."""
-    values = scale(locus.values)
-    size = np.hypot(values[:, 0], values[:, 1])
-    if not np.isfinite(size).any() or np.nanmax(size) == 0:
-        return
-    pose = int(np.nanargmax(np.round(size / np.nanmax(size), 12)))
-    x, y = (float(value) for value in values[pose])
-    frame.mark(panel, (x, y), "D", 5.0, style.color_of(k), f"peak-{locus.name}")
-    text = f"{number(float(size[pose]), 4)} at {axis.text(axis.values[pose])}"
-    out = np.array([x, y]) / size[pose]
-    side = np.array([-out[1], out[0]])
-    for way in (out, side, -side, -out):
-        if places.write(x, y, text, style.color_of(k), away=(float(way[0]), float(way[1]))):
-            return
-
-
-def _across(values: Array, pose: int) -> Array | None:
-    """Return the normal of the curve at a pose, None where it stands still."""
+def _across(values: Array, pose: int) -> Array:
+    """Return the normal of the curve at a pose, nan where it stands still."""
     step = values[min(pose + 1, len(values) - 1)] - values[max(pose - 1, 0)]
-    size = float(np.hypot(*step))
-    if not np.isfinite(size) or size == 0:
-        return None
+    size = float(np.hypot(*step)) or np.nan
     return np.array([-step[1], step[0]]) / size
-
-
-def _pivot(
-    frame: Panels, panel: Axes, places: Places, name: str, place: Floats, point: float
-) -> None:
-    """Draw a fixed pivot as a small triangle with its letter."""
-    width, height = 4.5 * frame.k * point, 7.5 * frame.k * point
-    corners = np.asarray(place) + np.array([[0.0, 0.0], [width, -height], [-width, -height]])
-    look = {"facecolor": style.PAPER, "edgecolor": style.GROUND, "linewidth": style.LINE * frame.k}
-    panel.add_patch(Polygon(corners, closed=True, zorder=2.5, gid=f"pivot-{name}", **look))
-    low = places.at(*corners.min(axis=0))
-    high = places.at(*corners.max(axis=0))
-    places.boxes.append((float(low[0]), float(low[1]), float(high[0]), float(high[1]), 1.0))
-    for away in ((0.0, 1.0), (1.0, 0.0), (-1.0, 0.0)):
-        if places.write(float(place[0]), float(place[1]), name, style.GROUND, away=away):
-            return

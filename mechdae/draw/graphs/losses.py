@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.colors import to_hex, to_rgb
 
 from mechdae.draw import style
 from mechdae.draw.graphs.abscissa import (
     abscissa_of,
     arcs_of,
-    axis_label,
     draw_axis,
     events_of,
     key_of,
@@ -20,7 +20,7 @@ from mechdae.draw.graphs.abscissa import (
 )
 from mechdae.draw.graphs.coupler import draw_polar
 from mechdae.draw.graphs.frame import Entry, Panels, shaded
-from mechdae.draw.graphs.scale import Scale, number, scale_of
+from mechdae.draw.graphs.scale import Scale, scale_of
 from mechdae.draw.graphs.series import Array
 from mechdae.draw.smooth import in_panel, smooth, thinned
 from mechdae.draw.translated import translated
@@ -71,7 +71,7 @@ def draw(
     if estimate is not None:
         key = [Entry("all, without feedback of friction on reactions", line=DASHED), *key]
     labels = [_label(result, name) for name, _ in layers]
-    frame = Panels(ax, 1, str(result.title or result.problem), subtitle_of(result), key, labels)
+    frame = Panels(ax, 1, result, subtitle_of(result), key, labels)
     panel = frame.panels[0]
     ends = _areas(frame, axis.shown, scale, layers, labels)
     if estimate is not None:
@@ -81,7 +81,7 @@ def draw(
     highest = max((float(np.nanmax(power, initial=0.0)) for power in sums), default=0.0)
     panel.set_ylim(0.0, float(scale(highest)) * 1.06 or 1.0)
     draw_axis(frame, axis, arcs, events)
-    frame.label(panel, x=axis_label(axis), y=f"loss [{scale.unit}]")
+    frame.label(panel, axis.scale.named(axis.label), scale.named("loss"))
     frame.ends(panel, ends)
     return translated(panel, lang)
 
@@ -126,8 +126,8 @@ def _areas(
     scale: Scale,
     layers: Sequence[tuple[str, Array]],
     labels: Sequence[str],
-) -> list[tuple[float, str, str]]:
-    """Draw losses above each other; return height, label and colour of the end of each."""
+) -> list[tuple[Array, str, str]]:
+    """Draw losses above each other; return heights, label and colour of each."""
     panel, order = frame.panels[0], np.argsort(x, kind="stable")
     base, ends = np.zeros(len(x)), []
     tops = np.cumsum([layer[order] for _, layer in layers], axis=0)
@@ -139,9 +139,7 @@ def _areas(
         area = _faded(color, FADE), _faded(color, FADE / 2), HATCHES[k % len(HATCHES)]
         panel.fill_between(x[order], lower, upper, zorder=2, gid=f"loss-{name}", **shaded(area))
         frame.line(panel, f"top-{name}", x[order], upper, color=color, linewidth=1.1, zorder=2.5)
-        finite = np.flatnonzero(np.isfinite(top[order]))
-        middle = (base + layer / 2)[order]
-        ends.append((float(scale(middle[finite[-1]])) if finite.size else 0.0, label, color))
+        ends.append((scale(base + layer / 2)[order], label, color))
         base = top
     return ends
 
@@ -159,10 +157,8 @@ def _label(result: Any, name: str) -> str:
     mean = result.summary.get("loss_by_joint", {}).get(name)
     if mean is None:
         return name
-    scale = scale_of("W", [mean])
-    return f"{name}, mean {number(float(scale(mean)), 3)} {scale.unit}"
+    return f"{name}, mean {scale_of('W', [mean]).text(mean, 3)}"
 
 
 def _faded(color: str, share: float) -> str:
-    parts = [int(color[k : k + 2], 16) for k in (1, 3, 5)]
-    return "#" + "".join(f"{round(255 * share + part * (1 - share)):02x}" for part in parts)
+    return to_hex(share + (1 - share) * np.array(to_rgb(color)))

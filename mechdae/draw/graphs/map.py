@@ -13,12 +13,11 @@ from matplotlib.colors import BoundaryNorm, LinearSegmentedColormap, ListedColor
 from matplotlib.patches import Rectangle
 from matplotlib.ticker import MaxNLocator
 
-from mechdae.describe.units import Units
 from mechdae.draw import style
 from mechdae.draw.fonts import font
 from mechdae.draw.graphs.abscissa import subtitle_of
 from mechdae.draw.graphs.frame import Entry, Panels, shaded
-from mechdae.draw.graphs.scale import Scale, number, scale_of
+from mechdae.draw.graphs.scale import number, scale_of
 from mechdae.draw.graphs.series import Array, lines_of
 from mechdae.errors import InputError, UnknownName
 from mechdae.records import dataclass
@@ -124,7 +123,8 @@ def _of_study(
         if name not in names:
             values = result.parameters[name]
             rows &= values == values[0]
-            held.append(f"{name} = {_amount(float(values[0]), units.get(name, ''), result.units)}")
+            scale = scale_of(units.get(name, ""), [values[0]], result.units)
+            held.append(f"{name} = {scale.text(float(values[0]))}")
     return [
         Plane(
             tuple(names),
@@ -138,12 +138,6 @@ def _of_study(
         )
         for path in chosen
     ]
-
-
-def _amount(value: float, unit: str, units: Units) -> str:
-    """Return a value of a parameter with its unit."""
-    scale = scale_of(unit, [value], units)
-    return f"{number(float(scale(value)))} {scale.unit}".strip()
 
 
 def _of_drivers(result: StudyResult, paths: Sequence[str] | None) -> Plane:
@@ -176,9 +170,7 @@ def _draw_lines(result: StudyResult, ax: Axes | None, planes: list[Plane]) -> Ax
     bad = _bad(first.status)
     key = [Entry(word, area=style.ARCS[word]) for word in bad]
     labels = [plane.label for plane in planes] if len(planes) > 1 else []
-    frame = Panels(
-        ax, 1, str(result.title or result.problem), _subtitle(result, first), key, labels
-    )
+    frame = Panels(ax, 1, result, _subtitle(result, first), key, labels)
     panel = frame.panels[0]
     panel.set_xlim(float(x.min()), float(x.max()))
     for word in bad:
@@ -190,11 +182,9 @@ def _draw_lines(result: StudyResult, ax: Axes | None, planes: list[Plane]) -> Ax
         values, look = scale(plane.values[order]), style.line_of(k)
         look |= {"linewidth": 1.4, "marker": "o" if len(x) <= 41 else "", "markersize": 3.2}
         frame.line(panel, f"curve-{plane.label}", x[order], values, **look)
-        finite = values[np.isfinite(values)]
-        ends.append((float(finite[-1]) if finite.size else 0.0, plane.label, style.color_of(k)))
+        ends.append((values, plane.label, style.color_of(k)))
     panel.margins(y=0.1)
-    upright = _with_unit("" if labels else first.label, scale)
-    frame.label(panel, x=_with_unit(first.names[0], across), y=upright)
+    frame.label(panel, across.named(first.names[0]), scale.named("" if labels else first.label))
     if labels:
         frame.ends(panel, ends)
     return panel
@@ -216,26 +206,16 @@ def _draw_map(result: StudyResult, ax: Axes | None, plane: Plane) -> Axes:
     key = [Entry(lost.get(word, word), area=style.ARCS[word]) for word in bad]
     if locked:
         key.append(Entry(LOCK_TEXT, area=style.ARCS[LOCKED]))
-    frame = Panels(
-        ax,
-        1,
-        str(result.title or result.problem),
-        _subtitle(result, plane, _with_unit(plane.label, scale)),
-        key,
-        ["8888.88"],
-        height=HEIGHT,
-    )
+    about = _subtitle(result, plane, scale.named(plane.label))
+    frame = Panels(ax, 1, result, about, key, ["8888.88"], height=HEIGHT)
     panel = frame.panels[0]
     panel.grid(False)
     grid = _grid(x, y)
+    room = (0.0, 0.0) if grid is not None else (0.04, 0.04)
+    for way, places in (("x", x), ("y", y)):
+        frame.limits(panel, places, room, way)
     if plane.plane:
-        _equal(frame, panel, x, y, grid is not None)
-    elif grid is not None:
-        panel.set_xlim(float(x.min()), float(x.max()))
-        panel.set_ylim(float(y.min()), float(y.max()))
-    else:
-        panel.set_xlim(*_widened(x))
-        panel.set_ylim(*_widened(y))
+        frame.equal(panel, *np.transpose([panel.get_xlim(), panel.get_ylim()]))
     levels = _levels(values, locked)
     shades = LinearSegmentedColormap.from_list("levels", list(style.LEVELS))
     count = len(levels) - 1
@@ -256,8 +236,7 @@ def _draw_map(result: StudyResult, ax: Axes | None, plane: Plane) -> Axes:
         if locked:
             _lock(frame, panel, xs, ys, table)
     _bar(frame, levels, colors)
-    labels = [_with_unit(name, shown) for name, shown in zip(plane.names, scales, strict=True)]
-    frame.label(panel, *labels)
+    frame.label(panel, *(each.named(n) for n, each in zip(plane.names, scales, strict=True)))
     return panel
 
 
@@ -271,10 +250,6 @@ def _subtitle(result: StudyResult, plane: Plane, *more: str) -> str:
     of = result.summary.get("of", "")
     parts = [f"{result.problem} / {of}" if of else result.problem, f"{len(plane.status)} sets"]
     return "  ·  ".join([*parts, *more, *([plane.held] if plane.held else [])])
-
-
-def _with_unit(label: str, scale: Scale) -> str:
-    return f"{label} [{scale.unit}]".strip() if scale.unit else label
 
 
 def _grid(x: Array, y: Array) -> tuple[Array, Array, Any] | None:
@@ -322,13 +297,12 @@ def _hatch(panel: Axes, x: Array, y: Array, there: Any, grid: Any, word: str) ->
         panel.plot(x[there], y[there], "x", color=color, markersize=4.5, zorder=2)
         return
     xs, ys, index = grid
-    cells = there[index]
     across, up = _edges(xs), _edges(ys)
     look = shaded(style.ARCS[word]) | {"zorder": 0.5, "gid": f"set-{word}"}
-    for row in range(len(ys)):
-        for a, b in stretches(cells[row]):
-            corner, sides = (across[a], up[row]), (across[b] - across[a], up[row + 1] - up[row])
-            panel.add_patch(Rectangle(corner, *sides, **look))
+    for row, cells in enumerate(there[index]):
+        for a, b in stretches(cells):
+            sides = across[b] - across[a], up[row + 1] - up[row]
+            panel.add_patch(Rectangle((across[a], up[row]), *sides, **look))
 
 
 def _contours(
@@ -394,16 +368,3 @@ def _bar(frame: Panels, levels: Array, colors: Any) -> None:
     for level, s in zip(levels, share, strict=True):
         spot, text = (left + wide + 4.0 * k, y0 + s * height), number(float(level))
         frame.text(*spot, text, small, style.INK, None, va="center_baseline")
-
-
-def _widened(values: Array) -> tuple[float, float]:
-    room = 0.04 * float(np.ptp(values)) or 0.5
-    return float(values.min()) - room, float(values.max()) + room
-
-
-def _equal(frame: Panels, panel: Axes, x: Array, y: Array, tight: bool) -> None:
-    """Give both coordinates of a place one scale."""
-    low, high = np.array([x.min(), y.min()]), np.array([x.max(), y.max()])
-    if not tight:
-        low, high = low - 0.04 * (high - low), high + 0.04 * (high - low)
-    frame.equal(panel, low, high)

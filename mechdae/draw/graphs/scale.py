@@ -28,6 +28,14 @@ class Scale:
         """Return values in the unit shown."""
         return np.asarray(values, float) * self.factor
 
+    def named(self, text: str) -> str:
+        """Return the label of an axis, with the unit."""
+        return f"{text} [{self.unit}]".strip() if self.unit else text
+
+    def text(self, value: float, digits: int = 4) -> str:
+        """Return a value with its unit, as it is shown."""
+        return f"{number(float(self(value)), digits)} {self.unit}".rstrip()
+
 
 def scale_of(unit: str, values: Iterable[object] = (), units: Units = SI) -> Scale:
     """Return what values of an SI unit are shown in: as asked for, or by their largest."""
