@@ -168,9 +168,11 @@ def figure_of(picture: Axes | Figure) -> Figure:
     return figure
 
 
-def new_figure(*size: float, color: str = style.PAPER) -> Drawing:
+def new_figure(
+    width: float = style.FIGURE[0], height: float = style.FIGURE[1], color: str = style.PAPER
+) -> Drawing:
     """Return an empty figure of width and height [in] in the format of today."""
-    figure = Drawing(figsize=size or None, dpi=current_format().dpi, facecolor=color)
+    figure = Drawing(figsize=(width, height), dpi=current_format().dpi, facecolor=color)
     FigureCanvasAgg(figure)
     return figure
 

@@ -14,7 +14,7 @@ import pytest
 
 import mechdae as md
 from mechdae.cli import main
-from mechdae.draw.formulas import Grid, Number
+from mechdae.draw.formulas.tree import Grid, Number
 from mechdae.errors import InputError, SolveError, UnknownName
 from mechdae.parts.paper.assignments.choice import choose, ranges
 from mechdae.parts.paper.assignments.sheet import in_turns

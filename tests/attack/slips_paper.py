@@ -8,7 +8,7 @@ from functools import cache
 import numpy as np
 
 import mechdae as md
-from mechdae.draw.formulas import Formula
+from mechdae.draw.formulas.tree import Formula
 from mechdae.errors import MechdaeError
 from tests.shared.closing import passages
 from tests.shared.planting import Slip

@@ -15,8 +15,8 @@ import pytest
 import mechdae as md
 from mechdae.describe.file.load import from_dict
 from mechdae.describe.kinds import JOINTS, SPATIAL_JOINTS
-from mechdae.draw.formulas import Equation, Formula
 from mechdae.draw.formulas.notations import plain
+from mechdae.draw.formulas.tree import Equation, Formula
 from mechdae.errors import InputError, UnknownName
 from mechdae.parts.paper.explanations.explain import KINDS
 from mechdae.parts.paper.phrases import phrases

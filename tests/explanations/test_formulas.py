@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from mechdae.draw.formulas import (
+from mechdae.draw.formulas.notations import escaped, mathml, mathtext, plain, typst
+from mechdae.draw.formulas.tree import (
     Column,
     Equation,
     Less,
@@ -14,9 +15,10 @@ from mechdae.draw.formulas import (
     Product,
     Quotient,
     Sum,
+    columns,
+    number,
+    numbers,
 )
-from mechdae.draw.formulas.notations import escaped, mathml, mathtext, plain, typst
-from mechdae.draw.formulas.tree import columns, number, numbers
 
 V = Letter("v", ("B", "A_3"), "r", vector=True)
 

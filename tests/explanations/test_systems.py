@@ -11,8 +11,8 @@ import pytest
 
 import mechdae as md
 from mechdae.describe.file.load import from_dict
-from mechdae.draw.formulas import Equation, Formula, Grid, plain
-from mechdae.draw.formulas.tree import Column, Matrix, Product
+from mechdae.draw.formulas.notations import plain
+from mechdae.draw.formulas.tree import Column, Equation, Formula, Grid, Matrix, Product
 from tests.shared.closing import faults, passages
 
 

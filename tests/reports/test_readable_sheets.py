@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import mechdae as md
-from mechdae.draw.formulas import Grid, Letter
+from mechdae.draw.formulas.tree import Grid, Letter
 from tests.shared.closing import passages
 from tests.shared.command import run
 from tests.shared.paths import DATA

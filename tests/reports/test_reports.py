@@ -11,7 +11,7 @@ import pytest
 
 import mechdae as md
 from mechdae.cli import main
-from mechdae.draw.formulas import Grid, Number
+from mechdae.draw.formulas.tree import Grid, Number
 from mechdae.errors import InputError, UnknownName
 from mechdae.parts.paper.phrases import phrases
 from tests.shared.closing import faults, passages

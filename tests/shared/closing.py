@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Iterator
 
-from mechdae.draw.formulas import (
+from mechdae.draw.formulas.tree import (
     Column,
     Document,
     Equation,

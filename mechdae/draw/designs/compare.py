@@ -104,7 +104,7 @@ def _paths(designs: Sequence[DrawnDesign], goal: Visits, ax: Axes | None, words:
     panel = frame.panels[0]
     errors = [np.abs(np.array(design.data["errors"], float)) for design in designs]
     small = scale_of_errors("m", np.concatenate(errors), units)
-    curves = [(np.arange(1, len(error) + 1), error) for error in errors]
+    curves = [(np.arange(1.0, len(error) + 1), error) for error in errors]
     below = _curves(
         Panels(divided(panel, SHARE), 1, None), "errors", curves, (Scale(""), small),
         (words("target"), words("error")), linewidth=1.2, markersize=3.5, zorder=2,

@@ -64,8 +64,8 @@ def draw_path(sheet: Sheet, places: Array, gid: str, width: float = style.BAR * 
 def draw_dots(sheet: Sheet, targets: Targets) -> None:
     """Draw targets so small that they do not hide the path."""
     for k, place in enumerate(sheet.at(targets.wanted)):
-        look = {"fill": style.ARROW, "edge": style.ARROW, "weight": style.PATH}
-        sheet.circle(place, DOT, gid=f"target-{k + 1}", **look)
+        gid, color = f"target-{k + 1}", style.ARROW
+        sheet.circle(place, DOT, fill=color, edge=color, gid=gid, weight=style.PATH)
 
 
 def enlarged(factor: float, words: Words) -> str:

@@ -112,7 +112,8 @@ class Panels:
         small = font(style.TICK * k, style.NOTE_FONT)
         right = max((float(ink(name, small)[1][0]) for name in names), default=0.0)
         right = min(right, 0.35 * width) + (10.0 * k if names else 0.0)
-        entries, title = _rows(key, room, k), str(result and (result.title or result.problem))
+        entries = _rows(key, room, k)
+        title = "" if result is None else str(result.title or result.problem)
         lines = in_lines(title, 0.75 * style.TITLE * k, room, style.NOTE_FONT)
         if ax is None:
             titles = ROW + 20.0 * len(lines) if sheet.titled else 0.0
@@ -126,7 +127,7 @@ class Panels:
         self.box: tuple[float, float, float, float] = (x0, y0, width - right, high)
         self.points = Affine2D().scale(1 / 72) + figure.dpi_scale_trans
         self.panels: list[Axes] = self._panels(ax, count)
-        self._write(entries, lines if result else [], subtitle, start, room)
+        self._write(entries, [] if result is None else lines, subtitle, start, room)
 
     def _panels(self, ax: Axes | None, count: int) -> list[Axes]:
         x0, y0, width, height = self.box

@@ -17,7 +17,7 @@ from mechdae.draw.graphs.scale import Scale, number
 from mechdae.draw.graphs.series import Array
 from mechdae.draw.smooth import few_named
 from mechdae.records import dataclass
-from mechdae.types import Floats, Integers
+from mechdae.types import Floats, Integers, Json
 
 if TYPE_CHECKING:
     from mechdae.results import SweepResult
@@ -147,8 +147,8 @@ class LociPanels(Panels):
         for pose, (here, across) in crossed.items():
             half = TICK * self.k * self.point * across * (1.5 if pose in named else 1.0)
             strokes += [np.array([here - half, here + half]), gap]
-        look = {"color": color, "linewidth": 1.0, "zorder": 3.2}
-        self.line(self.panel, f"ticks-{name}", *np.vstack(strokes).T, **look)
+        xs, ys = np.vstack(strokes).T
+        self.line(self.panel, f"ticks-{name}", xs, ys, color=color, linewidth=1.0, zorder=3.2)
         for pose in named & set(crossed):
             here, across = crossed[pose]
             side = across if across @ (here - middle) >= 0 else -across
@@ -170,7 +170,7 @@ class LociPanels(Panels):
         """Draw a fixed pivot as a small triangle with its letter."""
         shape = np.array([[0.0, 0.0], [4.5, -7.5], [-4.5, -7.5]])
         corners = place + shape * self.k * self.point
-        look = {"facecolor": style.PAPER, "edgecolor": style.GROUND}
+        look: Json = {"facecolor": style.PAPER, "edgecolor": style.GROUND}
         look |= {"linewidth": style.LINE * self.k, "zorder": 2.5, "gid": f"pivot-{name}"}
         self.panel.add_patch(Polygon(corners, closed=True, **look))
         ends = [self.places.at(*corner).tolist() for corner in (corners.min(0), corners.max(0))]

@@ -161,4 +161,5 @@ def _label(result: Any, name: str) -> str:
 
 
 def _faded(color: str, share: float) -> str:
-    return to_hex(share + (1 - share) * np.array(to_rgb(color)))
+    r, g, b = share + (1 - share) * np.array(to_rgb(color))
+    return to_hex((r, g, b))

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,7 +13,7 @@ from mechdae.draw import style
 from mechdae.draw.diagram.scene import Array
 from mechdae.draw.fonts import font, ink
 from mechdae.draw.labels import layout
-from mechdae.draw.sheet import MILLIMETRE, Sheet, normal, unit
+from mechdae.draw.sheet import MILLIMETRE, LineLook, Sheet, normal, unit
 from mechdae.records import dataclass
 
 if TYPE_CHECKING:
@@ -75,15 +77,9 @@ def draw_plan(ax: Axes, plan: Plan, scale: float | None = None) -> Sheet:
 def draw_vectors(sheet: Sheet, plan: Plan) -> None:
     """Draw the images of links, the arrows and the pole of a plan."""
     for k, (start, end) in enumerate(plan.sides):
-        sheet.line(
-            sheet.at([start, end]),
-            color=style.FAINT,
-            width=style.THIN,
-            z=style.Z_TRACE,
-            dash=style.DASHED,
-            gid=f"{plan.word}-image-{k}",
-            weight=style.RING,
-        )
+        look: LineLook = {"color": style.FAINT, "width": style.THIN, "dash": style.DASHED}
+        look |= {"z": style.Z_TRACE, "gid": f"{plan.word}-image-{k}"}
+        sheet.line(sheet.at([start, end]), weight=style.RING, **look)
     for arrow in plan.arrows:
         draw_arrow(sheet, arrow)
     for mark in [end for end in plan.ends if end.gid.endswith("-pole")]:
@@ -101,20 +97,12 @@ def smallest(ax: Axes, low: Array, high: Array) -> float:
 def draw_arrow(sheet: Sheet, arrow: Arrow) -> None:
     """Draw an arrow from place to place; its line ends at the tip of the head."""
     start, end = sheet.at(arrow.start), sheet.at(arrow.end)
-    length = float(np.hypot(*(end - start)))
-    color = COLORS[arrow.kind]
-    thin = arrow.kind not in ("total", "reaction", "load", "drive")
-    sheet.line(
-        [start, end],
-        color=color,
-        width=style.LINE if thin else WIDTH,
-        dash=style.DASHED if arrow.kind == "inner" else None,
-        gid=arrow.gid,
-    )
-    along = unit(end - start)
-    size = min(1.0, length / (1.6 * HEAD[0]))
-    back = end - HEAD[0] * size * along
-    side = HEAD[1] * size * normal(along)
+    color, along = COLORS[arrow.kind], unit(end - start)
+    width = WIDTH if arrow.kind in ("total", "reaction", "load", "drive") else style.LINE
+    dash = style.DASHED if arrow.kind == "inner" else None
+    sheet.line([start, end], color=color, width=width, dash=dash, gid=arrow.gid)
+    size = min(1.0, float(np.hypot(*(end - start))) / (1.6 * HEAD[0]))
+    back, side = end - HEAD[0] * size * along, HEAD[1] * size * normal(along)
     sheet.area([end, back + side, back - side], fill=color, edge=color, width=0.2)
 
 
@@ -123,36 +111,29 @@ def write(
 ) -> None:
     """Place and write the letters at ends and the names of arrows, of some at their tips."""
     rows: list[tuple[str, str, layout.Label, float, str]] = []
+
+    def put(
+        text: str, gid: str, size: float, color: str,
+        label_of: Callable[[float, float], layout.Label],
+    ) -> None:  # fmt: skip
+        low, high = ink(f"${text}$", font(size))
+        width, height = (high - low + 2 * AIR).tolist()
+        rows.append((f"${text}$", gid, label_of(width, height), size, color))
+
     for end in ends:
-        inner = end.gid.endswith(("-normal-end", "-coriolis-end"))
-        chosen = font(NAME if inner else LETTER)
-        text = f"${end.text}$"
-        low, high = ink(text, chosen)
-        width, height = high - low + 2 * AIR
-        at = sheet.at(end.place)
-        label = layout.around(at, float(width), float(height), 2.5, _away(end, arrows, sheet))
-        rows.append((text, f"{end.gid}-letter", label, chosen.size, style.INK))
-    for arrow in [arrow for arrow in arrows if arrow.text]:
+        size = NAME if end.gid.endswith(("-normal-end", "-coriolis-end")) else LETTER
+        at, away = sheet.at(end.place), _away(end, arrows, sheet)
+        beside = partial(layout.around, at, gap=2.5, away=away)
+        put(end.text, f"{end.gid}-letter", size, style.INK, beside)
+    for arrow in [arrow for arrow in (*arrows, *tipped) if arrow.text]:
         start, tip = sheet.at(arrow.start), sheet.at(arrow.end)
-        least = 0.5 * HEAD[0] if arrow.kind in LOOKED_FOR else NAMED
-        if float(np.hypot(*(tip - start))) < least:
-            continue
-        chosen = font(NAME)
-        text = f"${arrow.text}$"
-        low, high = ink(text, chosen)
-        width, height = high - low + 2 * AIR
-        label = layout.along([(start, tip)], float(width), float(height), 1.0)
-        segment = np.array([[*start, *tip, style.SOLID]])
-        label = layout.Label(label.width, label.height, label.places, label.costs, segment, 1)
-        rows.append((text, f"{arrow.gid}-name", label, NAME, COLORS[arrow.kind]))
-    for arrow in [arrow for arrow in tipped if arrow.text]:
-        start, tip = sheet.at(arrow.start), sheet.at(arrow.end)
-        chosen = font(NAME)
-        low, high = ink(f"${arrow.text}$", chosen)
-        width, height = (float(side) for side in high - low + 2 * AIR)
-        label = layout.around(tip, width, height, 1.0, unit(tip - start))
-        name = f"{arrow.gid}-name"
-        rows.append((f"${arrow.text}$", name, label, NAME, COLORS[arrow.kind]))
+        beside = partial(layout.around, tip, gap=1.0, away=unit(tip - start))
+        if arrow not in tipped:
+            least = 0.5 * HEAD[0] if arrow.kind in LOOKED_FOR else NAMED
+            if float(np.hypot(*(tip - start))) < least:
+                continue
+            beside = partial(_along, start, tip)
+        put(arrow.text, f"{arrow.gid}-name", NAME, COLORS[arrow.kind], beside)
     if not rows:
         return
     spots = layout.place([row[2] for row in rows], sheet.segments, sheet.boxes, sheet.size)
@@ -160,6 +141,11 @@ def write(
         sheet.text(spot, text, font(size), color, gid)
     for end, (_, _, label, _, _), spot in zip(ends, rows, spots, strict=False):
         _lead(sheet, sheet.at(end.place), spot, np.array([label.width, label.height]) / 2 - AIR)
+
+
+def _along(start: Array, tip: Array, width: float, height: float) -> layout.Label:
+    segment = np.array([[*start, *tip, style.SOLID]])
+    return replace(layout.along([(start, tip)], width, height, 1.0), own=segment, rank=1)
 
 
 def _lead(sheet: Sheet, end: Array, spot: Array, half: Array) -> None:
@@ -198,30 +184,31 @@ def _frame(sheet: Sheet, plan: Plan, scale: float) -> None:
     caption(sheet, text, f"{plan.word}-scale")
     heading(sheet, plan.title, f"{plan.word}-title")
     if not plan.closed:
-        chosen = font(SCALE, style.NOTE_FONT)
         note = f"open by {plan.gap:.1e} {plan.unit}"
-        low, high = ink(note, chosen)
-        spot = np.array([sheet.size[0] - 4.0 - (high - low)[0] / 2, 10.0])
-        sheet.text(spot, note, chosen, style.ARROW, f"{plan.word}-gap")
+        write_line(sheet, note, f"{plan.word}-gap", 10.0, style.ARROW, right=True)
 
 
 def caption(sheet: Sheet, text: str, gid: str) -> None:
     """Write a line at the lower left."""
-    chosen = font(SCALE, style.NOTE_FONT)
-    low, high = ink(text, chosen)
-    width = float((high - low)[0])
-    sheet.text(np.array([4.0 + width / 2, 10.0]), text, chosen, style.INK, gid)
-    sheet.box((0.0, 0.0), (width + 8.0, 18.0))
+    write_line(sheet, text, gid, 10.0, style.INK)
 
 
 def heading(sheet: Sheet, text: str, gid: str) -> None:
     """Write a line at the upper left, inside the axes."""
-    chosen = font(SCALE, style.NOTE_FONT)
+    write_line(sheet, text, gid, float(sheet.size[1]) - 10.0, style.FAINT)
+
+
+def write_line(
+    sheet: Sheet, text: str, gid: str, y: float, color: str, right: bool = False,
+    families: Sequence[str] = style.NOTE_FONT,
+) -> None:  # fmt: skip
+    """Write a line at the left or right border, and keep letters off it."""
+    chosen = font(SCALE, families)
     low, high = ink(text, chosen)
-    width = float((high - low)[0])
-    spot = np.array([4.0 + width / 2, float(sheet.size[1]) - 10.0])
-    sheet.text(spot, text, chosen, style.FAINT, gid)
-    sheet.box((0.0, spot[1] - 8.0), (width + 8.0, sheet.size[1]))
+    half = float((high - low)[0]) / 2
+    x = float(sheet.size[0]) - 4.0 - half if right else 4.0 + half
+    sheet.text(np.array([x, y]), text, chosen, color, gid)
+    sheet.box((x - half - 4.0, y - 8.0), (x + half + 4.0, y + 8.0))
 
 
 STEPS = (1, 1.5, 2, 2.5, 4, 5)
@@ -254,8 +241,18 @@ class Arrow:
     text: str = ""
 
     @property
+    def vector(self) -> Array:
+        """From start to end."""
+        return self.end - self.start
+
+    @property
     def length(self) -> float:
-        return float(np.hypot(*(self.end - self.start)))
+        return float(np.hypot(*self.vector))
+
+    @property
+    def moment(self) -> float:
+        """About the pole."""
+        return float(self.start[0] * self.vector[1] - self.start[1] * self.vector[0])
 
 
 @dataclass(frozen=True)
@@ -320,9 +317,5 @@ class Plan:
 def round_up(number: float) -> float:
     """Return the least of `STEPS` times a power of ten that is not below the number."""
     power = int(np.floor(np.log10(number)))
-    for exponent in (power - 1, power, power + 1):
-        for step in STEPS:
-            candidate = float(f"{step}e{exponent}")
-            if candidate >= number * (1 - 1e-12):
-                return candidate
-    raise ArithmeticError(f"no round number above {number}")  # pragma: no cover
+    rounds = (float(f"{step}e{k}") for k in (power - 1, power, power + 1) for step in STEPS)
+    return next(each for each in rounds if each >= number * (1 - 1e-12))

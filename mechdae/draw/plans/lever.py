@@ -11,7 +11,9 @@ rho = r sin(arctan f), on the side on which its moment opposes the turning.
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -22,8 +24,8 @@ from matplotlib.patches import Circle
 from mechdae.draw import style
 from mechdae.draw.diagram import symbols
 from mechdae.draw.diagram.scene import Array, DrawnScene
-from mechdae.draw.fonts import font, ink
 from mechdae.draw.formulas.notations import written_letter
+from mechdae.draw.graphs.scale import number
 from mechdae.draw.plans.board import (
     CLOSED,
     Arrow,
@@ -37,6 +39,7 @@ from mechdae.draw.plans.board import (
     scale_text,
     smallest,
     write,
+    write_line,
 )
 from mechdae.draw.plans.forces import BodyForces
 from mechdae.draw.plans.relations import motion_plan
@@ -51,38 +54,25 @@ SHARE = 0.3
 
 
 @dataclass(frozen=True)
-class Applied:
-    """A force [N] at the end of a turned velocity [m/s]."""
-
-    gid: str
-    kind: str
-    place: Array
-    force: Array
-    text: str
-
-    @property
-    def power(self) -> float:
-        """Moment about the pole [W]."""
-        return float(self.place[0] * self.force[1] - self.place[1] * self.force[0])
-
-
-@dataclass(frozen=True)
 class Lever:
-    """The turned velocity plan and the forces on it; ``lost`` is the power of friction [W]."""
+    """The turned velocity plan and what acts on it; ``lost`` is the power of friction [W].
+
+    Forces [N] begin at the ends of turned velocities [m/s]: their moments are powers.
+    """
 
     plan: Plan
-    forces: tuple[Applied, ...]
+    forces: tuple[Arrow, ...]
     lost: float
 
     @property
     def size(self) -> float:
         """The largest power [W]."""
-        return max((abs(entry.power) for entry in self.forces), default=0.0)
+        return max((abs(force.moment) for force in self.forces), default=0.0)
 
     @property
     def rest(self) -> float:
         """What the moments about the pole leave, friction's power taken off [W]."""
-        return sum(entry.power for entry in self.forces) - self.lost
+        return sum(force.moment for force in self.forces) - self.lost
 
 
 def turned(vector: Array) -> Array:
@@ -92,46 +82,44 @@ def turned(vector: Array) -> Array:
 
 def lever(result: Any, scene: DrawnScene, pose: int) -> Lever:
     """Return Zhukovsky's lever of one pose."""
-    plan = motion_plan(result, scene, pose, "velocity")
-    arrows = tuple(
-        Arrow(
-            entry.gid.replace("velocity", "lever"),
-            entry.kind,
-            turned(entry.start),
-            turned(entry.end),
-        )
-        for entry in plan.arrows
-    )
-    ends = tuple(
-        End(e.gid.replace("velocity", "lever"), e.text, turned(e.place)) for e in plan.ends
-    )
-    sides = tuple((turned(a), turned(b)) for a, b in plan.sides)
-    whole = Plan("lever", "Zhukovsky's lever", "v", "m/s", arrows, ends, sides, gap=plan.gap)
-    balance = BodyForces(result, scene, pose)
-    wheels = [j.name for j in scene.mechanism.joints.values() if j.meshes]
+    wheels = [joint.name for joint in scene.mechanism.joints.values() if joint.meshes]
     if wheels:
         raise UnavailableError(
             f"Zhukovsky's lever is not drawn of mechanisms with wheels (joint {wheels[0]})"
         )
-    forces = [entry for body in scene.mechanism.bodies for entry in _on(balance, body)]
+    plan = motion_plan(result, scene, pose, "velocity")
+
+    def gid(part: Arrow | End) -> str:
+        return part.gid.replace("velocity", "lever")
+
+    whole = replace(
+        plan,
+        word="lever",
+        title="Zhukovsky's lever",
+        arrows=tuple(Arrow(gid(a), a.kind, turned(a.start), turned(a.end)) for a in plan.arrows),
+        ends=tuple(End(gid(end), end.text, turned(end.place)) for end in plan.ends),
+        sides=tuple((turned(a), turned(b)) for a, b in plan.sides),
+        relations=(),
+    )
+    balance = BodyForces(result, scene, pose)
+    forces = [force for body in scene.mechanism.bodies for force in _on(balance, body)]
     lost = 0.0
     if getattr(result.definition, "friction", "") == "coupled":
-        losses = [s["loss"][pose] for s in result.joints.values() if "loss" in s]
-        lost = float(np.nansum(losses)) if losses else 0.0
+        lost = float(np.nansum([s["loss"][pose] for s in result.joints.values() if "loss" in s]))
     return Lever(whole, tuple(forces), lost)
 
 
-def _on(balance: BodyForces, body: str) -> Iterator[Applied]:
+def _on(balance: BodyForces, body: str) -> Iterator[Arrow]:
     """Yield what acts on a body from outside the mechanism, and of inertia, on the lever."""
     if not balance.rates.has(body, "acceleration"):
         return
     mark = balance.numbers[body]
 
-    def put(kind: str, place: Array, force: Array, letter: str) -> Iterator[Applied]:
+    def put(kind: str, place: Array, force: Array, letter: str) -> Iterator[Arrow]:
         if np.isfinite(force).all() and force.any():
             image = turned(balance.rates.at(body, place, "velocity"))
             text = rf"\mathbf{{{letter}}}_{{{mark}}}"
-            yield Applied(f"lever-{kind}-{body}", kind, image, force, text)
+            yield Arrow(f"lever-{kind}-{body}", kind, image, image + force, text)
 
     centre = balance.centre(body)
     yield from put("weight", centre, balance.weight(body), "G")
@@ -161,7 +149,7 @@ def _acting(balance: BodyForces, body: str, force: Array, moment: float) -> Arra
 
 def _couple(
     balance: BodyForces, body: str, kind: str, word: str, moment: float, letter: str
-) -> Iterator[Applied]:
+) -> Iterator[Arrow]:
     """Yield a couple on a body as two forces at the images of two of its points."""
     spin = balance.rates.spins[body][0]
     points = [f"{body}.{name}" for name in balance.scene.mechanism.bodies[body].points]
@@ -179,29 +167,23 @@ def _couple(
     text = rf"\mathbf{{{letter}}}_{{{balance.numbers[body]}}}"
     for place, sign, end in ((first, -1.0, "start"), (second, 1.0, "end")):
         image = turned(balance.rates.at(body, place, "velocity"))
-        yield Applied(f"lever-{kind}-{body}-{word}-{end}", kind, image, sign * force, text)
+        gid = f"lever-{kind}-{body}-{word}-{end}"
+        yield Arrow(gid, kind, image, image + sign * force, text)
 
 
 def draw_lever(ax: Axes, drawn: Lever, scale: float | None = None) -> Sheet:
     """Draw a lever: the turned plan to the scale of velocities, forces to one of their own."""
-    plan = drawn.plan
-    places = plan.corners
+    plan, places = drawn.plan, drawn.plan.corners
     low, high = places.min(axis=0), places.max(axis=0)
     if scale is None:
         scale = round_up(smallest(ax, low, high) / (1 - SHARE)) if plan.size > 0 else 1.0
     sheet = Sheet(ax, low, high, scale)
-    sizes = [float(np.hypot(*entry.force)) for entry in drawn.forces]
     room = SHARE * float(sheet.size[1]) * sheet.k / MILLIMETRE
-    force_scale = round_up(max(sizes) / room) if sizes else 1.0
+    largest = max((force.length for force in drawn.forces), default=0.0)
+    force_scale = round_up(largest / room) if largest else 1.0
     forces = [
-        Arrow(
-            entry.gid,
-            entry.kind,
-            entry.place,
-            entry.place + entry.force / force_scale * scale,
-            entry.text,
-        )
-        for entry in drawn.forces
+        replace(force, end=force.start + force.vector / force_scale * scale)
+        for force in drawn.forces
     ]
     places = np.array([*places, *(arrow.end for arrow in forces)])
     sheet = Sheet(ax, places.min(axis=0), places.max(axis=0), scale)
@@ -212,39 +194,23 @@ def draw_lever(ax: Axes, drawn: Lever, scale: float | None = None) -> Sheet:
     texts = [scale_text("v", scale, "m/s"), scale_text("F", force_scale, "N")]
     caption(sheet, ",  ".join(texts), "lever-scale")
     _moments(sheet, drawn)
-    write(
-        sheet,
-        plan.ends,
-        plan.arrows,
-        [arrow for arrow in forces if sheet.metre * arrow.length > LONG],
-    )
+    tipped = [arrow for arrow in forces if sheet.metre * arrow.length > LONG]
+    write(sheet, plan.ends, plan.arrows, tipped)
     return sheet
 
 
 def _moments(sheet: Sheet, drawn: Lever) -> None:
     """List the moments about the pole, which are powers, at the right."""
-    powers: dict[str, float] = {}
-    for entry in drawn.forces:
-        powers[entry.text] = powers.get(entry.text, 0.0) + entry.power
-    rows = [
-        f"${text}$: {_watts(power)}"
-        for text, power in powers.items()
-        if abs(power) > CLOSED * drawn.size
-    ]
-    if drawn.lost:
-        rows.append(f"friction: {_watts(-drawn.lost)}")
-    rows.append(f"sum: {_watts(drawn.rest if abs(drawn.rest) > CLOSED * drawn.size else 0.0)}")
-    chosen = font(11.0)
-    right = float(sheet.size[0]) - 4.0
-    for k, row in enumerate(rows):
-        low, high = ink(row, chosen)
-        width, spot = float((high - low)[0]), float(sheet.size[1]) - 10.0 - 15.0 * k
-        sheet.text(np.array([right - width / 2, spot]), row, chosen, style.INK, f"lever-moment-{k}")
-        sheet.box((right - width - 4.0, spot - 8.0), (sheet.size[0], spot + 8.0))
-
-
-def _watts(power: float) -> str:
-    return f"{power:.6g} W".replace("-", "\N{MINUS SIGN}")
+    powers: defaultdict[str, float] = defaultdict(float)
+    for force in drawn.forces:
+        powers[f"${force.text}$"] += force.moment
+    rows = {text: power for text, power in powers.items() if abs(power) > CLOSED * drawn.size}
+    rows |= {"friction": -drawn.lost} if drawn.lost else {}
+    rows["sum"] = drawn.rest if abs(drawn.rest) > CLOSED * drawn.size else 0.0
+    for k, (text, power) in enumerate(rows.items()):
+        y, gid = float(sheet.size[1]) - 10.0 - 15.0 * k, f"lever-moment-{k}"
+        line = f"{text}: {number(power, 6)} W"
+        write_line(sheet, line, gid, y, style.INK, right=True, families=style.FONT)
 
 
 NEAR = 3.0
@@ -345,13 +311,8 @@ def draw_pin(ax: Axes, pin: Pin, force_scale: float) -> Sheet:
     symbols.dot(sheet, middle, f"{gid}-centre")
     along, foot = unit(pin.force), sheet.at(pin.foot)
     far = 1.2 * span * sheet.metre
-    sheet.line(
-        [foot - far * along, foot + far * along],
-        color=style.ARROW,
-        width=style.THIN,
-        dash=style.DASH_DOT,
-        gid=f"{gid}-line",
-    )
+    ends, dash = [foot - far * along, foot + far * along], style.DASH_DOT
+    sheet.line(ends, color=style.ARROW, width=style.THIN, dash=dash, gid=f"{gid}-line")
     # forces have a scale of their own: the arrow is as long as they say
     end = pin.foot + pin.force / force_scale * scale
     arrow = Arrow(f"{gid}-force", "reaction", pin.foot, end, pin.text)
@@ -359,13 +320,8 @@ def draw_pin(ax: Axes, pin: Pin, force_scale: float) -> Sheet:
     sense = float(np.sign(pin.spin))
     if sense:
         start = float(np.arctan2(along[1], along[0])) + np.pi
-        radius = 0.7 * span * sheet.metre
-        symbols.arrow(
-            sheet,
-            arc(middle, radius, start - 0.6 * sense, start + 0.6 * sense),
-            f"{gid}-turning",
-            style.DRIVEN,
-        )
+        turn = arc(middle, 0.7 * span * sheet.metre, start - 0.6 * sense, start + 0.6 * sense)
+        symbols.arrow(sheet, turn, f"{gid}-turning", style.DRIVEN)
     sizes = rf"$r$ = {1000 * pin.pin_radius:.4g} mm,  $\rho$ = {1000 * pin.radius:.4g} mm"
     heading(sheet, f"Pin ${written_letter(pin.joint)}$,  {sizes}", f"{gid}-title")
     text = f"{scale_text('l', scale, 'm')},  {scale_text('F', force_scale, 'N')}"

@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
+from matplotlib.transforms import Bbox, BboxTransformTo
 
 from mechdae.draw import poses, style
 from mechdae.draw.diagram import apart
 from mechdae.draw.diagram.heads import write_heads
 from mechdae.draw.diagram.scene import DrawnScene, choose_pose, read_scene
-from mechdae.draw.figure import Drawing, current_format, new_axes, note
+from mechdae.draw.figure import current_format, figure_of, new_axes, new_figure, note
 from mechdae.draw.fonts import font, ink
 from mechdae.draw.plans.board import Plan, draw_plan, heading, round_up, scale_text
 from mechdae.draw.plans.forces import force_plans
@@ -31,6 +30,7 @@ from mechdae.draw.sheet import MILLIMETRE, Sheet
 from mechdae.draw.translated import translated
 from mechdae.draw.words import ENGLISH
 from mechdae.errors import InputError, UnknownName
+from mechdae.records import dataclass
 
 if TYPE_CHECKING:
     from mechdae.results import SweepResult
@@ -83,47 +83,30 @@ def draw(
     UnknownName
         Not a kind of plan, or not a group.
     """
-    return translated(_drawn(result, ax, pose, which, group, scale), lang)
-
-
-def _drawn(
-    result: SweepResult,
-    ax: Axes | None,
-    pose: int | None,
-    which: str | None,
-    group: str | None,
-    scale: float | Mapping[str, float] | None,
-) -> Axes:
     _check(result, which, group)
     scene = read_scene(result)
-    index = _pose(result, scene, pose, which)
-    scales = _scales(scale, which)
+    page = PlanPage(result, scene, _pose(result, scene, pose, which), _scales(scale, which))
     if which == "friction":
-        return _friction(result, scene, index, ax)
+        return translated(page.friction(ax), lang)
     if which == "lever":
-        axes = new_axes() if ax is None else ax
-        sheet = draw_lever(axes, lever(result, scene, index), scales.get("lever"))
-        write_heads(sheet, scene, result, index, ENGLISH)
-        return axes
+        levered = lever(result, scene, page.pose)
+        return translated(page.alone(ax, draw_lever, levered, "lever"), lang)
     names = [name for name, _ in groups_of(result, scene)]
     name = None if group is None else named_group(names, group)
-    plans = []
-    if which != "force":
-        words = SYMBOLS if which is None else (which,)
-        plans = [motion_plan(result, scene, index, word, name) for word in words]
+    words = SYMBOLS if which is None else [which] if which != "force" else []
+    plans = [motion_plan(result, scene, page.pose, word, name) for word in words]
     if which == "force" or (which is None and result.efforts):
-        forces = force_plans(result, scene, index)
-        forces = [
-            plan for plan in forces if name in (None, *(entry for entry, _ in plan.relations))
-        ]
-        plans += forces if which == "force" else forces[:FORCES]
+        forces = force_plans(result, scene, page.pose)
+        wanted = [plan for plan in forces if name in (None, *(key for key, _ in plan.relations))]
+        plans += wanted if which == "force" else wanted[:FORCES]
     if not plans:
         raise InputError(
-            f"no force acts on {name or 'the groups'} in pose {index}", hint="another pose or group"
+            f"no force acts on {name or 'the groups'} in pose {page.pose}",
+            hint="another pose or group",
         )
     if which is not None and len(plans) == 1:
-        return _single(result, scene, index, ax, plans[0], scales)
-    return _page(result, scene, index, ax, plans, scales, name, whole=which is None)
+        return translated(page.alone(ax, draw_plan, plans[0], _key(plans[0])), lang)
+    return translated(page.draw(ax, plans, name, whole=which is None), lang)
 
 
 def _check(result: SweepResult, which: str | None, group: str | None) -> None:
@@ -190,20 +173,6 @@ def _key(plan: Plan) -> str:
     return "force" if plan.word.startswith("force-") else plan.word
 
 
-def _single(
-    result: SweepResult,
-    scene: DrawnScene,
-    pose: int,
-    ax: Axes | None,
-    plan: Plan,
-    scales: Mapping[str, float],
-) -> Axes:
-    axes = new_axes() if ax is None else ax
-    sheet = draw_plan(axes, plan, scales.get(_key(plan)))
-    write_heads(sheet, scene, result, pose, ENGLISH)
-    return axes
-
-
 # -- pages -------------------------------------------------------------------------------------
 
 
@@ -217,88 +186,112 @@ def _paper() -> Axes:
             hint="which = \"velocity\", ... (--which) draws one plan",
         )  # fmt: skip
     width, height = (share * side * MILLIMETRE for side in PAPER)
-    figure = Drawing(figsize=(width / 72, height / 72), dpi=sheet.dpi, facecolor=style.PAPER)
-    FigureCanvasAgg(figure)
+    figure = new_figure(width / 72, height / 72)
     edge, top = 2 * style.EDGE, sheet.top + style.EDGE
     return figure.add_axes(
         (edge / width, edge / height, 1 - 2 * edge / width, 1 - (edge + top) / height)
     )
 
 
-def _outer(
-    result: SweepResult,
-    scene: DrawnScene,
-    pose: int,
-    ax: Axes | None,
-    relations: Sequence[Sequence[tuple[str, tuple[str, ...]]]] = (),
-) -> tuple[Axes, float]:
-    """Return the axes that hold a page, titles and relations written, and what those take up."""
-    axes = _paper() if ax is None else ax
-    sheet = Sheet(axes, (0.0, 0.0), (1.0, 1.0))
-    sheet.k = min(sheet.k, 1.0)
-    write_heads(sheet, scene, result, pose, ENGLISH)
-    box = axes.get_window_extent()
-    width, height = box.width * 72 / _figure(axes).dpi, box.height * 72 / _figure(axes).dpi
-    columns = [_lines(rows, 0.96 * width / len(relations)) for rows in relations]
-    columns = [lines if len(lines) <= MOST else [] for lines in columns]
-    deepest = max(map(len, columns), default=0)
-    for j, lines in enumerate(columns):
-        for k, line in enumerate(lines):
-            spot, offset = (j / len(columns), 0.0), (4.0, 2.0 + LINE * (deepest - 1 - k))
-            more = {"xycoords": "axes fraction", "gid": f"relation-{j}-{k}"}
-            note(axes, line, spot, offset, font(SIZE), style.INK, **more)
-    return axes, (LINE * deepest + 8.0) / height if deepest else 0.0
+@dataclass(frozen=True)
+class PlanPage:
+    """What is drawn of one pose, with the scales wished for by the word of their plan."""
 
+    result: SweepResult
+    scene: DrawnScene
+    pose: int
+    scales: Mapping[str, float]
 
-def _figure(axes: Axes) -> Figure:
-    figure = axes.get_figure(root=True)
-    assert isinstance(figure, Figure)
-    return figure
+    def _heads(self, sheet: Sheet) -> None:
+        write_heads(sheet, self.scene, self.result, self.pose, ENGLISH)
+
+    def alone(self, ax: Axes | None, draw: Callable[..., Sheet], plan: object, word: str) -> Axes:
+        """Draw one plan by its function."""
+        axes = new_axes() if ax is None else ax
+        self._heads(draw(axes, plan, self.scales.get(word)))
+        return axes
+
+    def _outer(self, ax: Axes | None, relations: Sequence[Rows] = ()) -> tuple[Axes, float]:
+        """Return the axes that hold a page, with its texts, and what relations take up of it."""
+        axes = _paper() if ax is None else ax
+        sheet = Sheet(axes, (0.0, 0.0), (1.0, 1.0))
+        sheet.k = min(sheet.k, 1.0)
+        self._heads(sheet)
+        width, height = np.array(axes.get_window_extent().size) * 72 / figure_of(axes).dpi
+        columns = [_lines(rows, 0.96 * width / len(relations)) for rows in relations]
+        columns = [lines if len(lines) <= MOST else [] for lines in columns]
+        deepest = max(map(len, columns), default=0)
+        for j, lines in enumerate(columns):
+            for k, line in enumerate(lines):
+                spot, offset = (j / len(columns), 0.0), (4.0, 2.0 + LINE * (deepest - 1 - k))
+                more = {"xycoords": "axes fraction", "gid": f"relation-{j}-{k}"}
+                note(axes, line, spot, offset, font(SIZE), style.INK, **more)
+        return axes, (LINE * deepest + 8.0) / height if deepest else 0.0
+
+    def draw(self, ax: Axes | None, plans: Sequence[Plan], group: str | None, whole: bool) -> Axes:
+        """Draw plans side by side, with the diagram, or a group apart, if the page is whole."""
+        axes, low = self._outer(ax, _relations(plans))
+        count = len(plans) + whole
+        if whole and count == 3:  # a large one and two beside it
+            middle = (1 + low) / 2
+            places = [(0.0, low, 0.49), (0.51, middle, 1.0), (0.51, low, 1.0)]
+            tops = 1.0, 1.0, middle - 0.01
+            panels = [_panel(axes, *place, top) for place, top in zip(places, tops, strict=True)]
+        else:
+            panels = _cells(axes, count, int(np.ceil(np.sqrt(count))), low=low)
+        if whole:
+            self._diagram(panels[0], group)
+        for panel, plan in zip(panels[whole:], plans, strict=True):
+            draw_plan(panel, plan, self.scales.get(_key(plan)))
+        return axes
+
+    def _diagram(self, panel: Axes, group: str | None = None) -> None:
+        """Draw the diagram, or a group of it apart, to a round scale and state it."""
+        chosen: list[float] = []
+
+        def rounded(natural: float) -> float:
+            chosen.append(round_up(CLOSE * natural))
+            return chosen[-1]
+
+        if group is None:
+            poses.draw(self.result, panel, pose=self.pose, traces=False, scale=rounded)
+        else:
+            apart.draw(self.result, panel, pose=self.pose, group=group, scale=rounded)
+        for artist in list(panel.texts):
+            if str(artist.get_gid()).startswith(("title", "subtitle")):
+                artist.remove()
+        limits = panel.get_xlim(), panel.get_ylim()
+        sheet = Sheet(panel, (0.0, 0.0), (1.0, 1.0), chosen[-1])
+        panel.set(xlim=limits[0], ylim=limits[1])
+        sheet.corner = np.array([limits[0][0], limits[1][0]])
+        heading(sheet, f"Diagram,  {scale_text('l', chosen[-1], 'm')}", "diagram-scale")
+
+    def friction(self, ax: Axes | None) -> Axes:
+        """Draw the diagram with its friction circles, and each pin enlarged."""
+        pins = pins_of(self.result, self.scene, self.pose)
+        if getattr(self.result.definition, "friction", "coupled") != "coupled" or not pins:
+            raise InputError(
+                "no reaction of a pin with friction to draw",
+                hint='friction = "coupled" in the task, '
+                "friction and pin_radius in a revolute joint",
+            )
+        axes, _ = self._outer(ax)
+        columns, share = (1, 0.62) if len(pins) < 3 else (2, 0.5)
+        whole = _panel(axes, 0.0, 0.0, share, 1.0)
+        self._diagram(whole)
+        draw_lines(whole, pins)
+        panels = _cells(axes, len(pins), columns, share + 0.01)
+        forces = force_scale_of(panels, pins)
+        for panel, pin in zip(panels, pins, strict=True):
+            draw_pin(panel, pin, forces)
+        return axes
 
 
 def _panel(axes: Axes, left: float, low: float, right: float, high: float) -> Axes:
     """Return axes in a part of others, in shares of their width and height."""
-    box = axes.get_position()
-    return _figure(axes).add_axes(
-        (
-            box.x0 + left * box.width,
-            box.y0 + low * box.height,
-            (right - left) * box.width,
-            (high - low) * box.height,
-        )
-    )
-
-
-def _page(
-    result: SweepResult,
-    scene: DrawnScene,
-    pose: int,
-    ax: Axes | None,
-    plans: Sequence[Plan],
-    scales: Mapping[str, float],
-    group: str | None = None,
-    whole: bool = False,
-) -> Axes:
-    """Draw plans side by side, with the diagram, or a group apart, if the page is to be whole."""
-    axes, low = _outer(result, scene, pose, ax, _relations(plans))
-    panels = _grid(axes, low, len(plans) + whole, whole)
-    if whole:
-        _diagram(result, scene, pose, panels[0], group)
-    for panel, plan in zip(panels[whole:], plans, strict=True):
-        draw_plan(panel, plan, scales.get(_key(plan)))
-    return axes
-
-
-def _grid(axes: Axes, low: float, count: int, whole: bool) -> list[Axes]:
-    """Return panels: a large one and two beside it, or rows of equal ones."""
-    if whole and count == 3:
-        middle = (1 + low) / 2
-        return [
-            _panel(axes, 0.0, low, 0.49, 1.0),
-            _panel(axes, 0.51, middle, 1.0, 1.0),
-            _panel(axes, 0.51, low, 1.0, middle - 0.01),
-        ]
-    return _cells(axes, count, int(np.ceil(np.sqrt(count))), low=low)
+    part = Bbox.from_extents(left, low, right, high)
+    place = part.transformed(BboxTransformTo(axes.get_position()))
+    return figure_of(axes).add_axes(place.bounds)
 
 
 def _cells(axes: Axes, count: int, columns: int, left: float = 0.0, low: float = 0.0) -> list[Axes]:
@@ -308,42 +301,19 @@ def _cells(axes: Axes, count: int, columns: int, left: float = 0.0, low: float =
     return [_panel(axes, x, y, x + wide - 0.01, y + tall - 0.01) for x, y in places]
 
 
-def _diagram(
-    result: SweepResult, scene: DrawnScene, pose: int, panel: Axes, group: str | None = None
-) -> Sheet:
-    """Draw the diagram, or a group of it apart, to a round scale and state it."""
-    found: list[float] = []
-
-    def rounded(natural: float) -> float:
-        found.append(round_up(CLOSE * natural))
-        return found[-1]
-
-    if group is None:
-        poses.draw(result, panel, pose=pose, traces=False, scale=rounded)
-    else:
-        apart.draw(result, panel, pose=pose, group=group, scale=rounded)
-    for artist in list(panel.texts):
-        if str(artist.get_gid()).startswith(("title", "subtitle")):
-            artist.remove()
-    limits = panel.get_xlim(), panel.get_ylim()
-    scale = found[-1]
-    sheet = Sheet(panel, (0.0, 0.0), (1.0, 1.0), scale)
-    panel.set_xlim(limits[0])
-    panel.set_ylim(limits[1])
-    sheet.corner = np.array([limits[0][0], limits[1][0]])
-    heading(sheet, f"Diagram,  {scale_text('l', scale, 'm')}", "diagram-scale")
-    return sheet
+Rows = Sequence[tuple[str, tuple[str, ...]]]
+"""Names of groups with their vector equations."""
 
 
-def _relations(plans: Sequence[Plan]) -> list[list[tuple[str, tuple[str, ...]]]]:
+def _relations(plans: Sequence[Plan]) -> list[Rows]:
     """Return the vector equations by kind of plan: groups with their equations."""
-    columns: dict[str, list[tuple[str, tuple[str, ...]]]] = {}
+    columns: dict[str, Rows] = {}
     for plan in plans:
-        columns.setdefault(_key(plan), []).extend(plan.relations)
+        columns[_key(plan)] = (*columns.get(_key(plan), ()), *plan.relations)
     return [rows for rows in columns.values() if rows]
 
 
-def _lines(rows: Sequence[tuple[str, tuple[str, ...]]], room: float) -> list[str]:
+def _lines(rows: Rows, room: float) -> list[str]:
     """Return equations as lines of mathtext no wider than the room [pt], as far as possible."""
     if sum(len(texts) for _, texts in rows) > EQUATIONS:
         return []
@@ -360,22 +330,3 @@ def _lines(rows: Sequence[tuple[str, tuple[str, ...]]], room: float) -> list[str
                 line, width = f"{line},   ${text}$" if k else f"{line}${text}$", width + wide
         lines.append(line)
     return lines
-
-
-def _friction(result: SweepResult, scene: DrawnScene, pose: int, ax: Axes | None) -> Axes:
-    pins = pins_of(result, scene, pose)
-    if getattr(result.definition, "friction", "coupled") != "coupled" or not pins:
-        raise InputError(
-            "no reaction of a pin with friction to draw",
-            hint='friction = "coupled" in the task, friction and pin_radius in a revolute joint',
-        )
-    axes, _ = _outer(result, scene, pose, ax)
-    columns, share = (1, 0.62) if len(pins) < 3 else (2, 0.5)
-    whole = _panel(axes, 0.0, 0.0, share, 1.0)
-    _diagram(result, scene, pose, whole)
-    draw_lines(whole, pins)
-    panels = _cells(axes, len(pins), columns, share + 0.01)
-    forces = force_scale_of(panels, pins)
-    for panel, pin in zip(panels, pins, strict=True):
-        draw_pin(panel, pin, forces)
-    return axes

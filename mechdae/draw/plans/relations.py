@@ -27,8 +27,8 @@ from mechdae.draw.diagram.places import (
     places_of,
 )
 from mechdae.draw.diagram.scene import Array, DrawnScene
-from mechdae.draw.formulas import Equation, Letter, Sum
 from mechdae.draw.formulas.notations import mathtext, written_letter
+from mechdae.draw.formulas.tree import Equation, Letter, Sum
 from mechdae.draw.plans.board import Arrow, End, Plan
 from mechdae.draw.plans.rates import Rates
 from mechdae.errors import UnknownName

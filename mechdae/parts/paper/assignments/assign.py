@@ -23,7 +23,7 @@ from mechdae.describe.units import SI, Units, units_of
 from mechdae.describe.values import Number
 from mechdae.draw import plot
 from mechdae.draw.figure import svg_text
-from mechdae.draw.formulas import Document, Facts, Part, Section
+from mechdae.draw.formulas.tree import Document, Facts, Part, Section
 from mechdae.errors import InputError, UnknownName
 from mechdae.parts.paper.assignments.choice import Chosen, RoundRange, choose, ranges, transmission
 from mechdae.parts.paper.assignments.sheet import sheet_sections

@@ -17,7 +17,7 @@ from mechdae.describe.tasks.kinds import Driven
 from mechdae.describe.tasks.motion import Reactions
 from mechdae.describe.units import Units
 from mechdae.describe.values import Value
-from mechdae.draw.formulas import Facts, Grid, Image, Note, Part, Passage, Section
+from mechdae.draw.formulas.tree import Facts, Grid, Image, Note, Part, Passage, Section
 from mechdae.parts.paper.assignments.choice import Chosen, RoundRange
 from mechdae.parts.paper.explanations.localised import named
 from mechdae.parts.paper.explanations.subject import Subject

@@ -17,7 +17,7 @@ from mechdae.describe.values import Number
 from mechdae.draw import plot
 from mechdae.draw.diagram.driver import drivers_of, value_text
 from mechdae.draw.figure import svg_text
-from mechdae.draw.formulas import Document, Facts, Image, Part, Section, number
+from mechdae.draw.formulas.tree import Document, Facts, Image, Part, Section, number
 from mechdae.draw.formulas.writers import as_data, as_html, as_text, as_typst
 from mechdae.draw.words import Words
 from mechdae.errors import InputError

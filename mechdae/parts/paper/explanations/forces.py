@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mechdae.describe import Joint
-from mechdae.draw.formulas import (
+from mechdae.draw.formulas.tree import (
     Equation,
     Facts,
     Formula,

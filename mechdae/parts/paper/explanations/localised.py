@@ -11,7 +11,15 @@ from typing import Any
 from mechdae.describe import whole_file
 from mechdae.describe.units import SI, Units
 from mechdae.draw.diagram.scene import choose_pose, read_scene
-from mechdae.draw.formulas import Column, Document, Number, UnitName, Wording, decimals, rounded
+from mechdae.draw.formulas.tree import (
+    Column,
+    Document,
+    Number,
+    UnitName,
+    Wording,
+    decimals,
+    rounded,
+)
 from mechdae.draw.formulas.writers import as_html, as_typst
 from mechdae.draw.words import unit_in_russian
 from mechdae.errors import InputError

@@ -8,7 +8,7 @@ from math import degrees
 import numpy as np
 
 from mechdae.describe import GROUND
-from mechdae.draw.formulas import (
+from mechdae.draw.formulas.tree import (
     Equation,
     Facts,
     Formula,

@@ -14,7 +14,7 @@ import numpy as np
 from mechdae.describe import Joint
 from mechdae.describe.expression import evaluate, parse
 from mechdae.draw.diagram.scene import Array
-from mechdae.draw.formulas import (
+from mechdae.draw.formulas.tree import (
     Equation,
     Formula,
     Less,

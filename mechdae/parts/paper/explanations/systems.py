@@ -16,7 +16,8 @@ import numpy as np
 
 from mechdae.describe import GROUND
 from mechdae.draw.diagram.scene import Array
-from mechdae.draw.formulas import (
+from mechdae.draw.formulas.notations import signed
+from mechdae.draw.formulas.tree import (
     Equation,
     Formula,
     Less,
@@ -33,7 +34,6 @@ from mechdae.draw.formulas import (
     number,
     rounded,
 )
-from mechdae.draw.formulas.notations import signed
 from mechdae.draw.plans.relations import Relation, Relations, Spot
 from mechdae.draw.sheet import normal
 from mechdae.parts.paper.explanations.subject import Subject

@@ -15,7 +15,7 @@ from mechdae.describe.units import SI, Units
 from mechdae.describe.values import Number
 from mechdae.draw import plot
 from mechdae.draw.figure import new_axes, svg_text
-from mechdae.draw.formulas import Document, Image, Passage, Section
+from mechdae.draw.formulas.tree import Document, Image, Passage, Section
 from mechdae.errors import InputError, UnavailableError
 from mechdae.parts.paper.explanations.explain import moving_task
 from mechdae.parts.paper.explanations.localised import Paper, localised, subject_of

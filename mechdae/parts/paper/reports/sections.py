@@ -11,7 +11,7 @@ import numpy as np
 from mechdae.describe import GROUND, Problem, coordinate
 from mechdae.describe.dimensions import parameter_units
 from mechdae.describe.units import ShownUnit
-from mechdae.draw.formulas import (
+from mechdae.draw.formulas.tree import (
     Facts,
     Grid,
     Letter,

@@ -13,7 +13,7 @@ import numpy as np
 
 from mechdae.describe import Joint, coordinate
 from mechdae.describe.coordinates import NamedCoordinate
-from mechdae.draw.formulas import Letter, Note, Part, number
+from mechdae.draw.formulas.tree import Letter, Note, Part, number
 from mechdae.parts.paper.explanations.forces import ActingForce, BalanceOfLinks, spliced
 from mechdae.parts.paper.explanations.space.spatial_group import SpatialSubject
 from mechdae.types import Floats

@@ -11,7 +11,8 @@ import numpy as np
 
 from mechdae.describe import GROUND, Joint, coordinate
 from mechdae.draw.diagram.places import numbers_of, places_of
-from mechdae.draw.formulas import (
+from mechdae.draw.formulas.notations import plain
+from mechdae.draw.formulas.tree import (
     Column,
     Equation,
     Formula,
@@ -24,7 +25,6 @@ from mechdae.draw.formulas import (
     UnitName,
     columns,
     number,
-    plain,
 )
 from mechdae.draw.plans.relations import distinct_letters
 from mechdae.draw.space.pose_choice import choose

@@ -15,7 +15,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from mechdae.describe import GROUND, Joint
-from mechdae.draw.formulas import (
+from mechdae.draw.formulas.tree import (
     Cross,
     Equation,
     Formula,
