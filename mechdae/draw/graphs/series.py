@@ -157,14 +157,21 @@ def default_lines(result: Result) -> list[Line]:
     """Return the series that are drawn if none are named.
 
     Of reactions: efforts, losses, normal forces and sizes of the pin forces. Of a sweep: the
-    outputs the problem names, else angles and slides of what is moved last.
+    outputs the problem names, else angles and slides of what is moved last, with their rates
+    where all are of one unit.
     """
     lines = [line for path in _default_paths(result) for line in lines_of(result, path)]
     lines = [line for line in lines if np.isfinite(line.values).any()]
     if result.kind == "reactions":
         return lines
     moving = [line for line in lines if _moves(line.values)] or lines
-    return [line for k, line in enumerate(moving) if not _known_already(line, moving[:k])]
+    lines = [line for k, line in enumerate(moving) if not _known_already(line, moving[:k])]
+    if result.kind != "sweep" or len({line.unit for line in lines}) > 1:
+        return lines
+    parts = dict.fromkeys(line.path.rpartition("/")[0] for line in lines)
+    rates = [rate for k in (1, 2) for part in parts for rate in with_rates(result, part)[k : k + 1]]
+    more = [line for rate in rates for line in lines_of(result, rate)]
+    return lines + [line for line in more if np.isfinite(line.values).any()]
 
 
 def _default_paths(result: Result) -> list[str]:
@@ -178,13 +185,15 @@ def _default_paths(result: Result) -> list[str]:
         for name, series in result.bodies.items()
         if f"{name}.angle" not in driven and _moves(series.get("angle"))
     ][-MOST:]
-    guided = [
-        f"joints/{name}/{word}"
-        for name, series in result.joints.items()
+    guided = {
+        word: [
+            f"joints/{name}/{word}"
+            for name, series in result.joints.items()
+            if f"{name}.{word}" not in driven and _moves(series.get(word))
+        ]
         for word in ("slide", "s")
-        if f"{name}.{word}" not in driven and _moves(series.get(word))
-    ]
-    paths += guided[-MOST:]
+    }
+    paths += (guided["slide"] or guided["s"])[-MOST:]
     if not paths:
         moving = [name for name, series in result.points.items() if _moves(series.get("position"))]
         paths = [f"points/{name}/position" for name in moving[-2:]]
@@ -219,6 +228,9 @@ def _of_part(result: Result, path: str, kind: str, rest: Sequence[str]) -> list[
     word = rest[1] if len(rest) > 1 else ""
     if not word or word == SIZE:
         word = next((name for name in PRINCIPAL[kind] if name in series), "")
+    if kind == "bodies" and word in (PRINCIPAL["points"][0], *RATES[PRINCIPAL["points"][0]]):
+        points = [f"points/{name}/{word}" for name in result.points if name.startswith(f"{part}.")]
+        raise UnknownName("series of a body", path, points)
     array = _known("series", word or rest[-1], series)
     unit = result.unit(kind, part, word)
     quantity, partner = word.replace("_", " "), ""
