@@ -15,7 +15,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
 from matplotlib.font_manager import findfont, get_font
 from matplotlib.path import Path as Outline
 from matplotlib.textpath import text_to_path
@@ -27,7 +26,7 @@ from mechdae.draw import style
 from mechdae.draw.diagram.diagram import has_paths
 from mechdae.draw.diagram.loads import peak_force
 from mechdae.draw.diagram.scene import longest_run
-from mechdae.draw.figure import new_axes
+from mechdae.draw.figure import figure_of, new_axes
 from mechdae.draw.fragments import steady
 from mechdae.draw.labels.steady import compared
 from mechdae.draw.poses import Eye, seen
@@ -207,8 +206,7 @@ class Animation:
 
 def picture_of_axes(axes: Axes, dpi: int) -> Image.Image:
     """Return the figure of axes as pixels."""
-    figure = axes.get_figure(root=True)
-    assert isinstance(figure, Figure)
+    figure = figure_of(axes)
     figure.set_dpi(dpi)
     canvas = FigureCanvasAgg(figure)
     canvas.draw()  # type: ignore[no-untyped-call]

@@ -14,7 +14,7 @@ from mechdae.describe.vectors.loops_of import LoopVectors, drawn_vectors
 from mechdae.draw import style
 from mechdae.draw.diagram import symbols
 from mechdae.draw.diagram.driver import driven_bodies, drivers_of
-from mechdae.draw.diagram.places import missing_hint
+from mechdae.draw.diagram.places import missing_hint, within
 from mechdae.draw.diagram.scene import Array
 from mechdae.draw.figure import new_axes
 from mechdae.draw.fonts import font, width_of
@@ -230,25 +230,10 @@ def _inside(corners: Array, segments: Array, taken: list[Array]) -> tuple[Array,
     low, high = low - room, high + room
     axes = [np.linspace(a, b, GRID) for a, b in zip(low, high, strict=True)]
     places = np.stack(np.meshgrid(*axes), axis=-1).reshape(-1, 2)
-    near = np.min([_distance(places, a, b) for a, b in segments], axis=0)
+    near = np.hypot(*(places - layout.feet_of(places, segments.reshape(-1, 4))).T)
     for spot in taken:
         near = np.minimum(near, np.hypot(*(places - spot).T) - 2 * TURN)
     x, y = corners.T
     area = float(x @ np.roll(y, -1) - y @ np.roll(x, -1)) / 2
-    away = np.array([_winding(corners - place) == 0 for place in places])
-    best = int(np.argmax(np.minimum(near, 3 * TURN) - 2 * TURN * away))
+    best = int(np.argmax(np.minimum(near, 3 * TURN) - 2 * TURN * ~within(places, corners)))
     return places[best], 1 if area >= 0 else -1
-
-
-def _distance(places: Array, start: Array, end: Array) -> Array:
-    """Return how far places are from a segment, (n,)."""
-    along = end - start
-    share = np.clip((places - start) @ along / max(float(along @ along), 1e-300), 0.0, 1.0)
-    away: Array = np.hypot(*(places - start - share[:, None] * along).T)
-    return away
-
-
-def _winding(corners: Array) -> int:
-    """Return how often a polygon goes round the origin."""
-    z = corners[:, 0] + 1j * corners[:, 1]
-    return round(float(np.angle(np.roll(z, -1) / np.where(z == 0, 1, z)).sum() / (2 * np.pi)))

@@ -9,16 +9,15 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 from matplotlib.transforms import Bbox
 
 from mechdae.describe.dimensions import parameter_units
-from mechdae.describe.units import Units
 from mechdae.draw import style
 from mechdae.draw.catalogue import PICTURES
 from mechdae.draw.diagram.diagram import View, has_paths
+from mechdae.draw.figure import figure_of
 from mechdae.draw.graphs import coupler, curves
-from mechdae.draw.graphs.scale import number, scale_of
+from mechdae.draw.graphs.scale import scale_of
 from mechdae.draw.poses import seen
 from mechdae.draw.words import Words
 from mechdae.errors import InputError, UnavailableError
@@ -75,8 +74,7 @@ def on_axes(ax: Axes, kind: str) -> Shared | None:
 
 def before(ax: Axes) -> tuple[Any, list[Axes]]:
     """Return place and axes of a figure before something is drawn."""
-    figure = ax.get_figure(root=True)
-    assert isinstance(figure, Figure)
+    figure = figure_of(ax)
     return ax.get_position(), list(figure.axes)
 
 
@@ -85,8 +83,7 @@ def remember(ax: Axes, kind: str, result: Result, options: Json, before: Any) ->
 
     A figure of its own is given None: its panels together are the place.
     """
-    figure = ax.get_figure(root=True)
-    assert isinstance(figure, Figure)
+    figure = figure_of(ax)
     whole = Bbox.union([axis.get_position() for axis in figure.axes])
     place, axes = before if before is not None else (whole, [ax])
     panels = [axis for axis in figure.axes if axis not in axes and axis is not ax]
@@ -126,8 +123,7 @@ def add(ax: Axes, shared: Shared, result: SweepResult, options: Json) -> Axes:
 
 def _cut(ax: Axes) -> float:
     """Return by how much texts are above the figure, as a share of its height."""
-    figure = ax.get_figure(root=True)
-    assert isinstance(figure, Figure)
+    figure = figure_of(ax)
     tops = [text.get_window_extent().y1 for text in ax.texts if text.get_gid()]
     height = float(figure.get_size_inches()[1]) * figure.dpi
     return (max(tops, default=0.0) + 0.04 * figure.dpi) / height - 1.0
@@ -147,23 +143,15 @@ def variant_names(entries: Sequence[tuple[SweepResult, Json]]) -> list[str]:
     for k, (result, options) in enumerate(entries):
         text = str(options.get("label") or "")
         if not text and 1 <= len(differ) <= FEW:
-            text = ", ".join(
-                _amount(n, values[k].get(n, np.nan), units.get(n, ""), shown) for n in differ
-            )
+            numbers = [(n, values[k].get(n, np.nan), units.get(n, "")) for n in differ]
+            rows = [(n, scale_of(unit, [value], shown), value) for n, value, unit in numbers]
+            text = ", ".join(f"{n} = {scale.text(value)}" for n, scale, value in rows)
         elif not text and len({drawn.task for drawn in results}) == len(results):
             text = str(result.task)
         elif not text and len({drawn.title for drawn in results}) == len(results):
             text = str(result.title or result.problem)
         texts.append(text or f"variant {k + 1}")
-    seen = [
-        f"{title} ({k + 1})" if texts.count(title) > 1 else title for k, title in enumerate(texts)
-    ]
-    return seen
-
-
-def _amount(name: str, value: float, unit: str, units: Units) -> str:
-    scale = scale_of(unit, [value], units)
-    return f"{name} = {number(float(scale(value)))} {scale.unit}".rstrip()
+    return [f"{text} ({k})" if texts.count(text) > 1 else text for k, text in enumerate(texts, 1)]
 
 
 def _diagrams(ax: Axes, entries: Sequence[tuple[Any, dict[str, Any]]], names: list[str]) -> None:
@@ -188,19 +176,10 @@ def _diagrams(ax: Axes, entries: Sequence[tuple[Any, dict[str, Any]]], names: li
         shown, traces, options = rows[k]
         color = style.color_of(k)
         theme = style.Theme({**base.colours, **dict.fromkeys(style.VARIED, color)})
+        labels, loads = (k == 0 and options.get(name, True) for name in ("labels", "loads"))
+        legend = () if k else tuple((name, style.color_of(n)) for n, name in enumerate(names))
         view = View(
-            traces,
-            options.get("ghosts", 0),
-            k == 0 and options.get("labels", True),
-            k == 0 and options.get("loads", True),
-            bounds,
-            scale=first.get("scale"),
-            behind=tuple(drawn),
-            bare=k > 0,
-            paper=base,
-            legend=() if k else tuple((name, style.color_of(n)) for n, name in enumerate(names)),
-        )
+            traces, options.get("ghosts", 0), labels, loads, bounds, scale=first.get("scale"),
+            behind=tuple(drawn), bare=k > 0, paper=base, legend=legend,
+        )  # fmt: skip
         drawn.append(shown.draw(ax, view, theme, words))
-
-
-__all__ = ["add", "on_axes", "remember", "variant_names"]

@@ -9,10 +9,11 @@ import numpy as np
 
 from mechdae.describe.coordinates import NamedCoordinate, coordinate
 from mechdae.draw import style
+from mechdae.draw.diagram import symbols
 from mechdae.draw.diagram.places import numbers_of
 from mechdae.draw.diagram.scene import Array, DrawnScene
 from mechdae.draw.labels.labels import Writing, letter
-from mechdae.draw.sheet import Sheet, arc, unit
+from mechdae.draw.sheet import Sheet, arc
 from mechdae.errors import InputError, UnknownName
 from mechdae.records import dataclass
 
@@ -65,21 +66,12 @@ def draw_angles(sheet: Sheet, scene: DrawnScene, pose: int, wanted: Sequence[str
                        z=style.Z_GHOST, weight=style.RING)  # fmt: skip
         points = arc(center, radius, marked.start, marked.start + marked.turn)
         sheet.line(points, color=style.LOAD, width=style.THIN, gid=gid)
-        _head(sheet, points)
+        head = min(6.0, 0.5 * float(np.hypot(*np.diff(points, axis=0).T).sum()))
+        symbols.tip(sheet, points[-3], points[-1], style.LOAD, size=(head, 0.33 * head))
         middle = marked.start + marked.turn / 2
         out = np.array([np.cos(middle), np.sin(middle)])
         texts.append(letter(marked.name, gid, center + radius * out, 2.0, [-out]))
     return texts
-
-
-def _head(sheet: Sheet, points: Array) -> None:
-    """Draw the arrow head at the end of an arc that is long enough for one."""
-    length = float(np.hypot(*np.diff(points, axis=0).T).sum())
-    tip, size = points[-1], min(6.0, 0.5 * length)
-    along = unit(tip - points[-3])
-    side = 0.33 * size * np.array([-along[1], along[0]])
-    back = tip - size * along
-    sheet.area([tip, back + side, back - side], fill=style.LOAD, edge=style.LOAD, width=0.2)
 
 
 def angles_of(scene: DrawnScene, pose: int, wanted: Sequence[str]) -> Iterator[Angle]:

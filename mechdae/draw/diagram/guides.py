@@ -10,6 +10,7 @@ from mechdae.draw import style
 from mechdae.draw.diagram import symbols
 from mechdae.draw.diagram.places import edges, shape_of
 from mechdae.draw.diagram.scene import Array, DrawnScene
+from mechdae.draw.labels.layout import cuts
 from mechdae.draw.sheet import Sheet, normal, unit
 
 MOUTH, PISTON = 0.85, 0.75
@@ -85,12 +86,7 @@ def _draw_cylinder(
 
 
 def _draw_prismatic(
-    sheet: Sheet,
-    scene: DrawnScene,
-    joint: Joint,
-    pose: int,
-    size: float,
-    colors: dict[str, str],
+    sheet: Sheet, scene: DrawnScene, joint: Joint, pose: int, size: float, colors: dict[str, str]
 ) -> list[tuple[Array, Array]]:
     center = sheet.at(scene.place(joint.second, pose))
     axis, turn = axis_of(scene, joint, pose), f"{joint.name}/axis"
@@ -142,11 +138,11 @@ def _clear_side(
     axis = axis_of(scene, joint, pose)
     middle = np.mean([_middle(scene, k) for k in poses], axis=0)
     side = guide_side(axis, (ends[0] + ends[1]) / 2, sheet.at(middle))
-    bars = [bar for k in poses for bar in _other_bars(sheet, scene, joint.second_body, k)]
+    bars = np.vstack([_other_bars(sheet, scene, joint.second_body, k) for k in poses])
 
-    def crossed(way: Array) -> int:
-        shift = style.BLOCK[1] * way
-        return _crossings(ends[0] + shift, ends[1] + shift, bars)
+    def crossed(way: Array) -> float:
+        line = np.array(ends) + style.BLOCK[1] * way
+        return float(cuts(line[:1], line[1:], bars)[0])
 
     side = min((side, -side), key=crossed)
     if sheet.memory is not None:
@@ -157,11 +153,9 @@ def _clear_side(
 def _draw_corner(sheet: Sheet, scene: DrawnScene, joint: Joint, pose: int, center: Array) -> None:
     """Mark where a moving guide is fixed to a bar of its body."""
     origin = sheet.at(scene.place(joint.first, pose))
-    toward = center - origin
+    toward, axis = center - origin, axis_of(scene, joint, pose)
     if np.hypot(*toward) < 2.2 * style.BLOCK[0]:
-        toward = -axis_of(scene, joint, pose) * np.sign(
-            float(toward @ axis_of(scene, joint, pose)) or 1.0
-        )
+        toward = -axis * np.sign(float(toward @ axis) or 1.0)
     for point in scene.mechanism.body(joint.first_body).points:
         arm = sheet.at(scene.place(f"{joint.first_body}.{point}", pose)) - origin
         if np.hypot(*arm) > style.BLOCK[0] and abs(unit(arm) @ normal(unit(toward))) > 0.1:
@@ -178,25 +172,15 @@ def guide_side(axis: Array, center: Array, middle: Array) -> Array:
     return side
 
 
-def _other_bars(sheet: Sheet, scene: DrawnScene, body: str, pose: int) -> list[tuple[Array, Array]]:
-    """Return the lines of all bodies but one."""
-    return [
-        (sheet.at(scene.place(f"{name}.{a}", pose)), sheet.at(scene.place(f"{name}.{b}", pose)))
+def _other_bars(sheet: Sheet, scene: DrawnScene, body: str, pose: int) -> Array:
+    """Return the lines of all bodies but one, (n, 4)."""
+    ends = [
+        [scene.place(f"{name}.{point}", pose) for point in pair]
         for name in scene.mechanism.bodies
         if name != body and scene.shown(name, pose)
-        for a, b in edges(shape_of(scene, name))
+        for pair in edges(shape_of(scene, name))
     ]
-
-
-def _crossings(start: Array, end: Array, lines: list[tuple[Array, Array]]) -> int:
-    """Return how many lines a stretch of guide crosses."""
-    out = normal(end - start)
-    count = 0
-    for a, b in lines:
-        across = float((a - start) @ out) * float((b - start) @ out)
-        beyond = float((start - a) @ normal(b - a)) * float((end - a) @ normal(b - a))
-        count += across < 0 and beyond < 0
-    return count
+    return sheet.at(np.reshape(ends, (-1, 2))).reshape(-1, 4)
 
 
 def _middle(scene: DrawnScene, pose: int) -> Array:
@@ -224,12 +208,7 @@ def _slot_ends(
 
 
 def _draw_slot(
-    sheet: Sheet,
-    scene: DrawnScene,
-    joint: Joint,
-    pose: int,
-    size: float,
-    colors: dict[str, str],
+    sheet: Sheet, scene: DrawnScene, joint: Joint, pose: int, size: float, colors: dict[str, str]
 ) -> list[tuple[Array, Array]]:
     start, end = _slot_ends(sheet, scene, joint, pose, size)
     body, axis = joint.first_body, axis_of(scene, joint, pose)

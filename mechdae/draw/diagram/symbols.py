@@ -183,12 +183,14 @@ def arrow(sheet: Sheet, points: Array, gid: str, color: str = style.ARROW) -> No
     tip(sheet, behind, points[-1], color)
 
 
-def tip(sheet: Sheet, start: Array, end: Array, color: str, z: float = style.Z_MARK) -> None:
-    """Draw the head of an arrow that ends at a place."""
+def tip(
+    sheet: Sheet, start: Array, end: Array, color: str, z: float = style.Z_MARK,
+    size: tuple[float, float] = (8.0, 3.2),
+) -> None:  # fmt: skip
+    """Draw the head of an arrow that ends at a place; ``size`` is its length and half width."""
     along = unit(end - start)
-    back = end - 8.0 * along
-    head = [end, back + 3.2 * normal(along), back - 3.2 * normal(along)]
-    sheet.area(head, fill=color, edge=color, width=0.3, z=z)
+    back, side = end - size[0] * along, size[1] * normal(along)
+    sheet.area([end, back + side, back - side], fill=color, edge=color, width=0.3, z=z)
 
 
 def spring(sheet: Sheet, start: Array, end: Array, gid: str) -> None:

@@ -10,10 +10,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mechdae.draw import style
+from mechdae.draw.diagram import symbols
 from mechdae.draw.diagram.scene import Array
 from mechdae.draw.fonts import font, ink
 from mechdae.draw.labels import layout
-from mechdae.draw.sheet import MILLIMETRE, LineLook, Sheet, normal, unit
+from mechdae.draw.sheet import MILLIMETRE, LineLook, Sheet, unit
 from mechdae.records import dataclass
 
 if TYPE_CHECKING:
@@ -97,13 +98,12 @@ def smallest(ax: Axes, low: Array, high: Array) -> float:
 def draw_arrow(sheet: Sheet, arrow: Arrow) -> None:
     """Draw an arrow from place to place; its line ends at the tip of the head."""
     start, end = sheet.at(arrow.start), sheet.at(arrow.end)
-    color, along = COLORS[arrow.kind], unit(end - start)
+    color = COLORS[arrow.kind]
     width = WIDTH if arrow.kind in ("total", "reaction", "load", "drive") else style.LINE
     dash = style.DASHED if arrow.kind == "inner" else None
     sheet.line([start, end], color=color, width=width, dash=dash, gid=arrow.gid)
     size = min(1.0, float(np.hypot(*(end - start))) / (1.6 * HEAD[0]))
-    back, side = end - HEAD[0] * size * along, HEAD[1] * size * normal(along)
-    sheet.area([end, back + side, back - side], fill=color, edge=color, width=0.2)
+    symbols.tip(sheet, start, end, color, size=(HEAD[0] * size, HEAD[1] * size))
 
 
 def write(
