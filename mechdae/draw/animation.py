@@ -15,10 +15,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.colors import to_rgba_array
 from matplotlib.font_manager import findfont, get_font
 from matplotlib.path import Path as Outline
 from matplotlib.textpath import text_to_path
-from numpy.typing import NDArray
 from PIL import Image
 
 from mechdae.describe.file.atomic_write import whole_file
@@ -36,9 +36,9 @@ from mechdae.draw.swinging import shape_of, swing_text, swinging
 from mechdae.draw.words import Words
 from mechdae.errors import InputError, UnavailableError
 from mechdae.records import dataclass
+from mechdae.types import Json
 
 if TYPE_CHECKING:
-    from mechdae.results import EquilibriumResult
     from mechdae.results.result import Result
 
 VIDEOS = {
@@ -108,23 +108,25 @@ class Animation:
 
         ``progress`` is called with the number of frames done and that of all.
         """
-        distinct = list(dict.fromkeys(self.poses))
-        drawn: dict[int, Image.Image] = {}
-        for k, (pose, picture) in enumerate(zip(distinct, self.pictures(distinct), strict=True)):
-            drawn[pose] = picture
-            if progress is not None:
-                progress(k + 1, len(distinct))
         palette = _palette(style.DARK if self.dark else style.LIGHT)
-        ready = {
-            pose: picture.quantize(palette=palette, dither=Image.Dither.NONE)
-            for pose, picture in drawn.items()
-        }
-        return [ready[pose] for pose in self.poses]
+        ready = [
+            picture_of_axes(sheet.ax, self.dpi).quantize(palette=palette, dither=Image.Dither.NONE)
+            for sheet in self._each(True, progress)
+        ]
+        return [ready[k] for k in self._order()]
 
-    def pictures(self, poses: Sequence[int]) -> Iterator[Image.Image]:
-        """Yield the picture of each pose, all to one scale."""
-        for sheet in self.drawn(poses, True):
-            yield picture_of_axes(sheet.ax, self.dpi)
+    def _order(self) -> list[int]:
+        """Return which of the distinct poses each frame shows."""
+        distinct = list(dict.fromkeys(self.poses))
+        return [distinct.index(pose) for pose in self.poses]
+
+    def _each(self, axes: bool, progress: Progress | None) -> Iterator[Sheet]:
+        """Yield the drawing of each distinct pose, and tell how many are done."""
+        distinct = list(dict.fromkeys(self.poses))
+        for k, sheet in enumerate(self.drawn(distinct, axes), 1):
+            yield sheet
+            if progress is not None:
+                progress(k, len(distinct))
 
     def drawn(self, poses: Sequence[int], axes: bool = False) -> Iterator[Sheet]:
         """Yield the drawing of each pose, all to one scale, on axes or as primitives alone."""
@@ -148,27 +150,14 @@ class Animation:
         frames = self.frames(progress)
         stream = io.BytesIO()
         frames[0].save(
-            stream,
-            format="GIF",
-            save_all=True,
-            append_images=frames[1:],
-            duration=self.duration,
-            loop=0,
-            optimize=False,
-            disposal=1,
-        )
+            stream, format="GIF", save_all=True, append_images=frames[1:], duration=self.duration,
+            loop=0, optimize=False, disposal=1,
+        )  # fmt: skip
         return stream.getvalue()
 
     def svg(self, progress: Progress | None = None) -> str:
         """Return the animation as an SVG that moves by itself, without a script."""
-        distinct = list(dict.fromkeys(self.poses))
-        sheets = []
-        for k, sheet in enumerate(self.drawn(distinct)):
-            sheets.append(sheet)
-            if progress is not None:
-                progress(k + 1, len(distinct))
-        order = [distinct.index(pose) for pose in self.poses]
-        return moving_svg(sheets, order, self.duration)
+        return moving_svg([*self._each(False, progress)], self._order(), self.duration)
 
     def save(self, path: str | Path, progress: Progress | None = None) -> Path:
         """Write a GIF, an SVG that moves, or with ffmpeg a film, by the ending of `path`.
@@ -216,18 +205,13 @@ def picture_of_axes(axes: Axes, dpi: int) -> Image.Image:
 
 def _palette(theme: style.Theme) -> Image.Image:
     """Return a palette of the colours of a diagram and what lies between them and the paper."""
-    paper = _channels(theme.paint(style.PAPER))
-    rows = [paper, _channels(theme.paint(style.FILL))]
-    for color in style.DRAWN:
-        full = _channels(theme.paint(color))
-        rows += [paper + (full - paper) * k / SHADES for k in range(1, SHADES + 1)]
+    colours = [theme.paint(color) for color in (style.PAPER, style.FILL, *style.DRAWN)]
+    paper, fill, *full = to_rgba_array(colours)
+    shades = range(1, SHADES + 1)
+    rows = [paper, fill, *(paper + (color - paper) * k / SHADES for color in full for k in shades)]
     palette = Image.new("P", (1, 1))
-    palette.putpalette(np.round(rows).astype(int).ravel().tolist())
+    palette.putpalette(np.round(255 * np.array(rows)[:, :3]).astype(int).ravel().tolist())
     return palette
-
-
-def _channels(color: str) -> NDArray[np.float64]:
-    return np.array([int(color[k : k + 2], 16) for k in (1, 3, 5)], dtype=float)
 
 
 def animate(
@@ -255,42 +239,27 @@ def animate(
     InputError
         Fewer than two poses, or numbers out of range.
     """
-    Words(lang)
-    most = check_frames(frames, seconds, dpi)
-    shown = (traces, labels, loads, dark, lang)
-    flat = result.mechanism.dimension == 2
-    if flat and getattr(result, "kind", "") == "equilibrium":
-        return _shape(result, 1 if shape is None else shape, most, seconds, dpi, shown)
-    if shape is not None:
+    words, most = Words(lang), check_frames(frames, seconds, dpi)
+    more: Json = {"eye": view}
+    if result.mechanism.dimension == 2 and getattr(result, "kind", "") == "equilibrium":
+        number, run = 1 if shape is None else shape, list(range(most))
+        whole = bool(shape_of(result, number)["eigenvalue"][1])
+        more = {"subtitle": swing_text(result, number, words), "ghosts": (most,)}
+        result = swinging(result, number, most)  # at rest in one pose more
+    elif shape is not None:
         raise InputError("shapes are those of small motions at an equilibrium", where="shape")
-    scene = seen(result, 0, view).scene
-    chosen, whole = frames_of(scene.assembled(), scene.closes, most)
-    duration = frame_time(seconds, len(chosen))
-    return Animation(result, chosen, whole, duration, dpi, *shown, eye=view)
-
-
-def _shape(
-    result: EquilibriumResult,
-    number: int,
-    frames: int,
-    seconds: float,
-    dpi: int,
-    shown: tuple[bool, bool, bool, bool, str],
-) -> Animation:
-    """Return a small motion around an equilibrium as an animation, its rest drawn faintly."""
-    poses = list(range(frames))
-    swings = bool(shape_of(result, number)["eigenvalue"][1])
-    chosen = poses if swings else poses + poses[-2:0:-1]
-    return Animation(
-        swinging(result, number, frames),
-        tuple(chosen),
-        swings,
-        frame_time(seconds, len(chosen)),
-        dpi,
-        *shown,
-        subtitle=swing_text(result, number, Words(shown[-1])),
-        ghosts=(frames,),
-    )
+    else:
+        scene = seen(result, 0, view).scene
+        known = scene.assembled()
+        if len(known) < 2:
+            raise InputError("fewer than two poses assemble, there is no motion to show")
+        run = longest_run(known)
+        whole = scene.closes(run)
+        run = run[:-1] if whole else run
+    chosen = _picked(run, whole, most)
+    duration = max(FASTEST, round(1000.0 * seconds / len(chosen) / 10.0) * 10)
+    shown = (traces, labels, loads, dark, lang)
+    return Animation(result, tuple(chosen), whole, duration, dpi, *shown, **more)
 
 
 def check_frames(frames: int | None, seconds: float, dpi: int) -> int:
@@ -311,39 +280,14 @@ def check_frames(frames: int | None, seconds: float, dpi: int) -> int:
     return most
 
 
-def frames_of(
-    known: list[int], closed: Callable[[list[int]], bool], most: int
-) -> tuple[tuple[int, ...], bool]:
-    """Return the poses that are shown of those that assemble, and whether they are one round.
-
-    `closed` says whether a run of poses ends where it begins.
-
-    Raises
-    ------
-    InputError
-        Fewer than two poses assemble.
-    """
-    if len(known) < 2:
-        raise InputError("fewer than two poses assemble, there is no motion to show")
-    run = longest_run(known)
-    whole = closed(run)
-    return tuple(_picked(run, whole, most)), whole
-
-
-def _picked(run: Sequence[int], whole: bool, most: int) -> list[int]:
-    """Return the poses of a run that are shown: once around if it closes, else back and forth."""
-    poses = run[:-1] if whole else run
+def _picked(poses: Sequence[int], whole: bool, most: int) -> list[int]:
+    """Return the poses that are shown: once around if the motion closes, else back and forth."""
     picks = np.arange(min(most, len(poses)))
     if len(poses) > most:
         share = len(poses) / most if whole else (len(poses) - 1) / (most - 1)
         picks = np.floor(picks * share + 0.5).astype(int)
     chosen = [poses[k] for k in picks.tolist()]
     return chosen if whole else chosen + chosen[-2:0:-1]
-
-
-def frame_time(seconds: float, count: int) -> int:
-    """Return the time of a frame [ms]."""
-    return max(FASTEST, round(1000.0 * seconds / count / 10.0) * 10)
 
 
 def draw(result: Result, ax: int | None = None, **options: Any) -> Animation:
@@ -480,9 +424,8 @@ def film(made: Callable[[], Sequence[Any]], duration: int, form: str, path: Path
     partial = path.with_name(f".{path.name}.part.{form}")
     words = [program, "-y", "-loglevel", "error", "-f", "rawvideo", "-pix_fmt", "rgb24"]
     words += ["-s", f"{width}x{height}", "-r", f"{1000 / duration:g}", "-i", "-"]
-    pixels = b"".join(
-        frame.convert("RGB").crop((0, 0, width, height)).tobytes() for frame in frames
-    )
+    cropped = (frame.convert("RGB").crop((0, 0, width, height)) for frame in frames)
+    pixels = b"".join(frame.tobytes() for frame in cropped)
     try:
         done = subprocess.run(
             [*words, *VIDEOS[form], str(partial)], input=pixels, capture_output=True, check=False

@@ -133,22 +133,23 @@ def _formula_lines(block: Formula) -> Iterator[str]:
 
 
 def _table_lines(block: Grid) -> Iterator[str]:
-    cells = [[_cell(entry, plain) for entry in row] for row in (block.heads, *block.rows)]
-    widths = [max(len(row[k]) for row in cells) for k in range(len(block.heads))]
-    for k, row in enumerate(cells):
-        first = f"  {row[0]:<{widths[0]}}"
-        rest = (f"{text:>{width}}" for text, width in zip(row[1:], widths[1:], strict=True))
-        yield "  ".join([first, *rest]).rstrip()
-        if k == 0:
-            yield "  " + "  ".join("-" * width for width in widths)
+    cells = [[_line((entry,)) for entry in row] for row in (block.heads, *block.rows)]
+    widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
+    cells.insert(1, ["-" * width for width in widths])
+    for first, *rest in cells:
+        aligned = (f"{text:>{width}}" for text, width in zip(rest, widths[1:], strict=True))
+        yield "  ".join([f"  {first:<{widths[0]}}", *aligned]).rstrip()
+
+
+def _joined(
+    parts: tuple[str | Part, ...], words: Callable[[str], str], formula: Callable[[Part], str]
+) -> str:
+    """Return words and formulas in the order of the line."""
+    return "".join(words(part) if isinstance(part, str) else formula(part) for part in parts)
 
 
 def _line(parts: tuple[str | Part, ...]) -> str:
-    return "".join(_cell(part, plain) for part in parts)
-
-
-def _cell(entry: str | Part, write: Callable[[Part], str]) -> str:
-    return entry if isinstance(entry, str) else write(entry)
+    return _joined(parts, str, plain)
 
 
 # -- HTML --------------------------------------------------------------------------------------
@@ -163,37 +164,31 @@ def as_html(document: Document, alone: bool = True) -> str:
     if document.subtitle:
         head.append(f'<p class="subtitle">{escape(document.subtitle)}</p>')
     head += _contents(document)
-    body: list[str] = []
-    for k, section in enumerate(document.sections, 1):
-        body += _section_html(section, 2, f"s{k}")
-    body = _with_pictures(body, document.beside)
+    sections = enumerate(document.sections, 1)
+    body = [line for k, section in sections for line in _section_html(section, 2, f"s{k}")]
     wide = document.beside or any(section.beside for section in document.sections)
     look = ' class="wide"' if wide else ""
     policy = "default-src 'none'; style-src 'unsafe-inline'; img-src data:"
-    return "\n".join(
-        [
-            "<!doctype html>",
-            f'<html lang="{escape(document.lang)}"><head><meta charset="utf-8">',
-            *([f'<meta http-equiv="Content-Security-Policy" content="{policy}">'] * alone),
-            '<meta name="viewport" content="width=device-width, initial-scale=1">',
-            f"<title>{escape(document.title)}</title>",
-            f"<style>{STYLE}</style></head>",
-            f"<body{look}><main>",
-            *head,
-            *body,
-            "</main></body></html>",
-            "",
-        ]
-    )
+    lines = [
+        "<!doctype html>",
+        f'<html lang="{escape(document.lang)}"><head><meta charset="utf-8">',
+        *([f'<meta http-equiv="Content-Security-Policy" content="{policy}">'] * alone),
+        '<meta name="viewport" content="width=device-width, initial-scale=1">',
+        f"<title>{escape(document.title)}</title>",
+        f"<style>{STYLE}</style></head>",
+        f"<body{look}><main>",
+        *head,
+        *_with_pictures(body, document.beside),
+        "</main></body></html>\n",
+    ]
+    return "\n".join(lines)
 
 
 def _contents(document: Document) -> list[str]:
     """Return links to the sections of a document that has some."""
-    if len(document.sections) < LISTED:
-        return []
-    titles = [escape(section.title) for section in document.sections]
-    links = [f'<li><a href="#s{k}">{title}</a></li>' for k, title in enumerate(titles, 1)]
-    return [f"<nav><ol>{''.join(links)}</ol></nav>"]
+    titles = enumerate((escape(section.title) for section in document.sections), 1)
+    links = "".join(f'<li><a href="#s{k}">{title}</a></li>' for k, title in titles)
+    return [f"<nav><ol>{links}</ol></nav>"] * (len(document.sections) >= LISTED)
 
 
 def _with_pictures(lines: list[str], images: tuple[Image, ...]) -> list[str]:
@@ -222,11 +217,8 @@ def _block_html(block: Passage) -> str:
         case Formula():
             return f'<div class="formula">{mathml(block.node)}</div>'
         case Facts():
-            rows = "".join(
-                f"<dt>{escape(name)}</dt><dd>{_parts_html(parts)}</dd>"
-                for name, parts in block.rows
-            )
-            return f"<dl>{rows}</dl>"
+            rows = [f"<dt>{escape(n)}</dt><dd>{_parts_html(row)}</dd>" for n, row in block.rows]
+            return f"<dl>{''.join(rows)}</dl>"
         case Grid():
             return _table_html(block)
         case Image():
@@ -242,7 +234,7 @@ def _block_html(block: Passage) -> str:
 
 
 def _parts_html(parts: tuple[str | Part, ...]) -> str:
-    return "".join(escape(part) if isinstance(part, str) else mathml(part) for part in parts)
+    return _joined(parts, escape, mathml)
 
 
 def _words(block: Grid) -> list[bool]:
@@ -315,10 +307,8 @@ def _block_typst(block: Passage) -> str:
         case Formula():
             return typst(block.node, block=True)
         case Facts():
-            cells = "".join(
-                f"  [{escaped(name)}], [{_parts_typst(parts)}],\n" for name, parts in block.rows
-            )
-            return f"#table(columns: (auto, 1fr), stroke: none,\n{cells})"
+            rows = [f"  [{escaped(n)}], [{_parts_typst(row)}],\n" for n, row in block.rows]
+            return f"#table(columns: (auto, 1fr), stroke: none,\n{''.join(rows)})"
         case Grid():
             return _table_typst(block)
         case Image():
@@ -348,7 +338,7 @@ def _table_typst(block: Grid) -> str:
 
 
 def _parts_typst(parts: tuple[str | Part, ...]) -> str:
-    return "".join(escaped(part) if isinstance(part, str) else typst(part) for part in parts)
+    return _joined(parts, escaped, typst)
 
 
 def _string(text: str) -> str:
@@ -369,11 +359,8 @@ def as_data(document: Document) -> dict[str, object]:
 
 
 def _section_data(section: Section) -> dict[str, object]:
-    return {
-        "title": section.title,
-        "blocks": [_block_data(block) for block in section.blocks],
-        "sections": [_section_data(inner) for inner in section.sections],
-    }
+    blocks, sections = map(_block_data, section.blocks), map(_section_data, section.sections)
+    return {"title": section.title, "blocks": [*blocks], "sections": [*sections]}
 
 
 def _block_data(block: Passage) -> dict[str, object]:
@@ -390,10 +377,8 @@ def _block_data(block: Passage) -> dict[str, object]:
         case Facts():
             return {"facts": {name: _line(parts) for name, parts in block.rows}}
         case Grid():
-            return {
-                "heads": [_cell(entry, plain) for entry in block.heads],
-                "rows": [[_cell(entry, plain) for entry in row] for row in block.rows],
-            }
+            rows = [[_line((entry,)) for entry in row] for row in (block.heads, *block.rows)]
+            return {"heads": rows[0], "rows": rows[1:]}
         case Image():
             return {"picture": block.caption}
     raise TypeError(f"no data of {type(block).__name__}")  # pragma: no cover

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.describe.coordinates import coordinate
+from mechdae.describe.coordinates import NamedCoordinate, coordinate
 from mechdae.describe.loads import Force, Resistance, Spring, TableLoad, Torque
 from mechdae.describe.mechanism import GROUND, Mechanism
 from mechdae.draw.diagram.places import numbers_of
@@ -78,31 +78,32 @@ class BodyForces:
         place: Array = self.scene.origins[body][self.pose] + x * along + y * normal(along)
         return place
 
+    def efforts(self, body: str) -> Iterator[tuple[NamedCoordinate, float]]:
+        """Yield the coordinates of drivers that act on a body, and their efforts on it."""
+        for text, effort in self.result.efforts.items():
+            entry = coordinate(self.scene.mechanism, text)
+            joint = self.scene.mechanism.joints.get(entry.part)
+            sign = int(entry.part == body)
+            if joint is not None:
+                sign = (joint.second_body == body) - (joint.first_body == body)
+            if sign:
+                yield entry, sign * float(effort[self.pose])
+
     def pushes(self, body: str) -> Iterator[tuple[str, Array, Array]]:
         """Yield driver, place and force of the drivers along lines on a body."""
-        mechanism = self.scene.mechanism
-        for text, effort in self.result.efforts.items():
-            entry = coordinate(mechanism, text)
-            if entry.unit != "m":
-                continue
-            force = float(effort[self.pose])
-            if entry.part in mechanism.joints:
-                joint = mechanism.joints[entry.part]
+        for entry, force in self.efforts(body):
+            joint = self.scene.mechanism.joints.get(entry.part)
+            if entry.unit == "m" and joint is not None:
                 angle = self.scene.numbers[f"{joint.name}.axis"]
                 axis = self.scene.direction(joint.first_body, angle, self.pose)
-                sign = (joint.second_body == body) - (joint.first_body == body)
-                if sign:
-                    yield text, self.rates.place(joint.second), sign * force * axis
-            elif entry.part == body:
+                yield entry.text, self.rates.place(joint.second), force * axis
+            elif entry.unit == "m":
                 place = self.rates.place(f"{body}.{entry.point}")
-                yield text, place, force * np.eye(2)[entry.axis]
+                yield entry.text, place, force * np.eye(2)[entry.axis]
 
     def drive(self, body: str) -> Array:
         """Return the force of the drivers along lines on a body."""
-        total = np.zeros(2)
-        for _, _, force in self.pushes(body):
-            total = total + force
-        return total
+        return sum((force for *_, force in self.pushes(body)), np.zeros(2))
 
     def rest(self, body: str) -> Array:
         """Return what the other forces on a body leave: its loads, or nothing."""
@@ -138,25 +139,16 @@ class BodyForces:
 
     def twists(self, body: str) -> dict[str, float]:
         """Return the torques of the drivers on a body."""
-        mechanism, found = self.scene.mechanism, {}
-        for text, effort in self.result.efforts.items():
-            entry = coordinate(mechanism, text)
-            joint = mechanism.joints.get(entry.part)
-            sign = int(entry.part == body)
-            if joint is not None:
-                sign = (joint.second_body == body) - (joint.first_body == body)
-            if entry.is_angle and sign:
-                found[text] = sign * float(effort[self.pose])
-        return found
+        return {entry.text: effort for entry, effort in self.efforts(body) if entry.is_angle}
 
     def parts(self, body: str, inside: tuple[str, ...]) -> Iterator[tuple[str, str, Array, str]]:
         """Yield kind, name, force and mathtext of what acts on a body from outside its group."""
-        mark = self.numbers[body]
-        if body in self.loaded:
-            yield "load", "load", self.rest(body), rf"\mathbf{{P}}_{{{mark}}}"
-        yield "drive", "drive", self.drive(body), rf"\mathbf{{F}}_{{{mark}}}"
-        yield "weight", "weight", self.weight(body), rf"\mathbf{{G}}_{{{mark}}}"
-        yield "inertia", "inertia", self.inertia(body), rf"\mathbf{{\Phi}}_{{{mark}}}"
+        load = self.rest(body) if body in self.loaded else ZERO
+        forces = {"load": load, "drive": self.drive(body), "weight": self.weight(body)}
+        forces["inertia"] = self.inertia(body)
+        for (kind, force), name in zip(forces.items(), ("P", "F", "G", r"\Phi"), strict=True):
+            if kind != "load" or body in self.loaded:
+                yield kind, kind, force, rf"\mathbf{{{name}}}_{{{self.numbers[body]}}}"
         for joint in self.joints(body):
             other = self.other(joint, body)
             if other not in inside:

@@ -177,27 +177,18 @@ class Relations:
         for reference in free_points(self.scene, self.pose):
             yield from self._spot(reference)
         for joint in self.scene.joints(self.pose):
-            body = joint.first_body
-            if (
-                not self.rates.slides(joint)
-                or body == GROUND
-                or not self.rates.has(body, self.word)
-            ):
+            body, rates = joint.first_body, self.rates
+            if not rates.slides(joint) or body == GROUND or not rates.has(body, self.word):
                 continue
-            position = self.rates.place(joint.second)
+            at = self.rates.place(joint.second)
             letter = f"{self.letters[joint.second]}_{self.numbers[body]}"
-            yield Spot(body, joint.name, position, letter, self.rates.at(body, position, self.word))
+            yield Spot(body, joint.name, at, letter, self.rates.at(body, at, self.word))
 
     def _spot(self, reference: str) -> Iterator[Spot]:
-        body = reference.split(".")[0]
-        if self.rates.has(body, self.word):
-            yield Spot(
-                body,
-                reference,
-                self.rates.place(reference),
-                self.letters[reference],
-                self.rates.of(reference, self.word),
-            )
+        body, rates = reference.split(".")[0], self.rates
+        if rates.has(body, self.word):
+            at, rate = rates.place(reference), rates.of(reference, self.word)
+            yield Spot(body, reference, at, self.letters[reference], rate)
 
     def of(self, body: str, group: tuple[str, ...]) -> Iterator[Relation]:
         """Yield the relations of one body: to where it meets its group, and along its sliders."""
@@ -252,7 +243,6 @@ class Relations:
     def _turned(self, base: Spot, spot: Spot) -> Relation:
         """Return the chain from one point of a body to another."""
         arm = spot.position - base.position
-        names = (spot.letter, base.letter)
         gid = f"{self.word}-{spot.reference}-{base.reference}"
         rates = self.rates
         if self.word == "velocity":
@@ -262,30 +252,25 @@ class Relations:
                 ("normal", "n", rates.centripetal(spot.body, arm)),
                 ("tangential", "τ", rates.tangential(spot.body, arm)),
             ]
-        return self._relation(spot.body, base, spot, parts, names, gid)
+        return self._relation(spot.body, base, spot, parts, gid)
 
     def _slid(self, under: Spot) -> Relation:
         """Return the chain between a slider's point and the guide's point under it."""
         joint = self._joint(under)
-        second = Spot(
-            joint.second_body,
-            joint.second,
-            under.position,
-            self.letters.get(joint.second, joint.second),
-            self.rates.of(joint.second, self.word),
-        )
+        letter = self.letters.get(joint.second, joint.second)
+        rate = self.rates.of(joint.second, self.word)
+        second = Spot(joint.second_body, joint.second, under.position, letter, rate)
         seen, turn = self.rates.sliding(joint, self.word), self.rates.coriolis(joint)
         difference = second.value - under.value
         sign = 1.0
         start, end = under, second
         if self._rank(joint.second_body) <= self._rank(joint.first_body):
             start, end, sign = second, under, -1.0
-        names = (end.letter, start.letter)
         gid = f"{self.word}-{joint.name}"
         if self.word == "velocity":
             seen = difference if seen is None else seen
             parts = [("sliding", "r", sign * seen)]
-            return self._relation(joint.name, start, end, parts, names, gid)
+            return self._relation(joint.name, start, end, parts, gid)
         turn = self.rates.still if turn is None else turn
         if joint.on_curve:
             relative = self.rates.of(joint.second, "velocity") - self.rates.at(
@@ -294,7 +279,7 @@ class Relations:
             turn = 2 * self.rates.turning(joint.first_body, relative)
         seen = difference - turn if seen is None else seen
         parts = [("coriolis", "k", sign * turn), ("sliding", "r", sign * seen)]
-        return self._relation(joint.name, start, end, parts, names, gid)
+        return self._relation(joint.name, start, end, parts, gid)
 
     def _rank(self, body: str) -> tuple[int, int]:
         """Return where a body comes in the order of the groups."""
@@ -314,14 +299,9 @@ class Relations:
         )
 
     def _relation(
-        self,
-        body: str,
-        start: Spot,
-        end: Spot,
-        parts: list[tuple[str, str, Array]],
-        names: tuple[str, str],
-        gid: str,
+        self, body: str, start: Spot, end: Spot, parts: list[tuple[str, str, Array]], gid: str
     ) -> Relation:
+        names = (end.letter, start.letter)
         terms = tuple(
             Term(kind, Letter(self.symbol, names, mark, vector=True), vector)
             for kind, mark, vector in parts
@@ -404,13 +384,16 @@ class _Builder(Relations):
         sides: list[tuple[Array, Array]] = []
         inner: list[End] = []
         gap = 0.0
+
+        def put(arrow: Arrow) -> None:
+            """Keep an arrow, of those that lie on each other the first."""
+            scale = STILL * self.size or 1.0
+            ends = np.round(np.concatenate([arrow.start, arrow.end]) / scale)
+            if arrow.length > STILL * self.size:
+                arrows.setdefault(tuple(ends.tolist()), arrow)
+
         for spot in spots:
-            if float(np.hypot(*spot.value)) > STILL * self.size:
-                gid = f"{self.word}-{spot.reference}"
-                arrows.setdefault(
-                    self._key(np.zeros(2), spot.value),
-                    Arrow(gid, "total", np.zeros(2), spot.value),
-                )
+            put(Arrow(f"{self.word}-{spot.reference}", "total", np.zeros(2), spot.value))
         for name, bodies in groups:
             texts = []
             for body in bodies:
@@ -419,28 +402,15 @@ class _Builder(Relations):
                     texts.append(mathtext(chain.equation))
                     inner += self._inner(chain)
                     for step in chain.steps:
-                        if step.length > STILL * self.size:
-                            arrows.setdefault(self._key(step.start, step.end), step)
+                        put(step)
                 sides += self._image(body)
             if texts:
                 relations.append((name, tuple(dict.fromkeys(texts))))
-        titles = {"velocity": "Velocity plan", "acceleration": "Acceleration plan"}
+        title = f"{self.word.capitalize()} plan" + (f", {group}" if group is not None else "")
         return Plan(
-            self.word,
-            titles[self.word] + (f", {groups[0][0]}" if group is not None else ""),
-            self.symbol,
-            self.unit,
-            tuple(arrows.values()),
-            (*self._ends(spots), *inner),
-            tuple(sides),
-            tuple(relations),
-            gap,
-        )
-
-    def _key(self, start: Array, end: Array) -> tuple[float, ...]:
-        """Return what is the same for arrows that lie on each other."""
-        scale = STILL * self.size or 1.0
-        return tuple(np.round(np.concatenate([start, end]) / scale).tolist())
+            self.word, title, self.symbol, self.unit, tuple(arrows.values()),
+            (*self._ends(spots), *inner), tuple(sides), tuple(relations), gap,
+        )  # fmt: skip
 
     def _spots_of(self, bodies: tuple[str, ...]) -> list[Spot]:
         """Return the points of a group and those that its relations begin at."""
