@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mechdae.describe.joints.joint import Joint
-from mechdae.describe.mechanism import GROUND, Body, Mechanism
+from mechdae.describe.mechanism import GROUND, Body
 from mechdae.draw import style
 from mechdae.draw.closing import check_closes
 from mechdae.draw.diagram import symbols
@@ -26,7 +26,7 @@ from mechdae.draw.diagram.scene import Array, DrawnScene, choose_pose, read_scen
 from mechdae.draw.fonts import font, ink
 from mechdae.draw.labels.labels import Links, Writing, write_all, writings
 from mechdae.draw.plans.relations import groups_of, named_group
-from mechdae.draw.sheet import Sheet, normal
+from mechdae.draw.sheet import Sheet
 from mechdae.draw.words import Words
 from mechdae.errors import InputError
 from mechdae.records import dataclass
@@ -134,12 +134,7 @@ def _about(entries: Json, name: str, words: Words) -> str:
 
 
 def _piece(
-    scene: DrawnScene,
-    pose: int,
-    name: str,
-    bodies: tuple[str, ...],
-    earlier: set[str],
-    about: str,
+    scene: DrawnScene, pose: int, name: str, bodies: tuple[str, ...], earlier: set[str], about: str
 ) -> DrawnGroup:
     """Return a group alone: its links, and of others the points on which it hangs."""
     whole, mine = scene.mechanism, set(bodies)
@@ -160,30 +155,18 @@ def _piece(
     for body, points in held.items():
         there = {point: whole.bodies[body].points[point] for point in points}
         links[body] = Body(body, there, number=numbers[body])
-    part = _part(whole, links, joints)
+    part = copy(whole)  # its links need not be connected
+    object.__setattr__(part, "bodies", links)
+    object.__setattr__(part, "joints", joints)
     alone = replace(scene, mechanism=part, way=None)
     bounds = extent(alone, pose, False)
     return DrawnGroup(name, about, alone, frozenset(held), tuple(outer), bounds)
 
 
-def _part(whole: Mechanism, bodies: Json, joints: Json) -> Mechanism:
-    """Return some links and joints of a mechanism for drawing: they need not be connected."""
-    part = copy(whole)
-    for name, value in (("bodies", bodies), ("joints", joints)):
-        object.__setattr__(part, name, value)
-    return part
-
-
 def draw_pieces(
-    axes: Axes | None,
-    scene: DrawnScene,
-    result: SweepResult,
-    pose: int,
-    pieces: Sequence[DrawnGroup],
-    view: View,
-    theme: style.Theme,
-    words: Words,
-) -> Sheet:
+    axes: Axes | None, scene: DrawnScene, result: SweepResult, pose: int,
+    pieces: Sequence[DrawnGroup], view: View, theme: style.Theme, words: Words,
+) -> Sheet:  # fmt: skip
     """Draw groups side by side to one scale; return their sheet."""
     blank = Sheet(axes, np.zeros(2), np.ones(2), larger=view.larger)
     shifts, low, high = _arranged(blank, pieces)
@@ -225,10 +208,7 @@ def _ring(sheet: Sheet, scene: DrawnScene, joint: Joint, pose: int) -> None:
         sheet.circle(centre, style.PIN + RING, edge=style.ARROW, gid=gid, weight=0.5)
         return
     axis = scene.direction(joint.first_body, scene.numbers[f"{joint.name}.axis"], pose)
-    corners = symbols.rectangle(centre, axis)
-    wider = corners + RING * np.sign((corners - centre) @ np.array([axis, normal(axis)]).T) @ (
-        np.array([axis, normal(axis)])
-    )
+    wider = symbols.rectangle(centre, axis, RING)
     sheet.line([*wider, wider[0]], color=style.ARROW, gid=gid, weight=0.5)
 
 

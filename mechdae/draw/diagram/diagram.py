@@ -143,14 +143,9 @@ def has_paths(result: Result, scene: JoinedScene) -> bool:
 
 
 def draw_pose(
-    axes: Axes | None,
-    scene: DrawnScene,
-    result: Result,
-    pose: int,
-    view: View,
-    theme: style.Theme,
-    words: Words,
-) -> Sheet:
+    axes: Axes | None, scene: DrawnScene, result: Result, pose: int, view: View,
+    theme: style.Theme, words: Words,
+) -> Sheet:  # fmt: skip
     """Draw one pose of a result whose placements are known; return its sheet."""
     low, high, _ = view.bounds or extent(scene, pose, view.traces)
     sheet = Sheet(axes, low, high, view.scale, theme, view.memory, view.larger, view.margins)
@@ -224,25 +219,16 @@ def larger_for(scene: DrawnScene, pose: int, low: Array, high: Array) -> tuple[f
 
 def extent(scene: DrawnScene, pose: int, paths: bool) -> tuple[Array, Array, float]:
     """Return the corners of what is to be in the picture, and the size of the mechanism."""
-    points = [
-        scene.place(f"{name}.{point}", pose)
-        for name in scene.mechanism.bodies
-        if scene.shown(name, pose)
-        for point in scene.mechanism.body(name).points
-    ]
+    bodies, joints = scene.mechanism.bodies, scene.mechanism.joints.values()
+    names = [f"{n}.{point}" for n in bodies if scene.shown(n, pose) for point in bodies[n].points]
+    names += [side for joint in scene.joints(pose) for side in (joint.first, joint.second)]
+    # the fixed pivots belong to the picture, also where their links have no pose
+    sides = {side for joint in joints for side in (joint.first, joint.second)}
+    names += sorted(side for side in sides if side.split(".")[0] == GROUND)
+    points = [scene.place(name, pose) for name in names] + load_points(scene, pose)
     for joint in scene.joints(pose):
-        points += [scene.place(joint.first, pose), scene.place(joint.second, pose)]
         if follows_curve(joint):
             points += list(reach(scene, joint, pose))
-    pivots = {
-        side
-        for joint in scene.mechanism.joints.values()
-        for side in (joint.first, joint.second)
-        if side.split(".")[0] == GROUND
-    }
-    # the fixed pivots belong to the picture, also where their links have no pose
-    points += [scene.place(reference, pose) for reference in sorted(pivots)]
-    points += load_points(scene, pose)
     near = np.array(points or [np.zeros(2)])
     size = float(np.ptp(near, axis=0).max())
     more = [near]
@@ -313,13 +299,9 @@ def others_of(scene: JoinedScene, pose: int, ghosts: int | Sequence[int]) -> lis
 
 
 def _draw_links(
-    sheet: Sheet,
-    scene: DrawnScene,
-    pose: int,
-    size: float,
-    colors: dict[str, str],
+    sheet: Sheet, scene: DrawnScene, pose: int, size: float, colors: dict[str, str],
     outside: set[str],
-) -> Links:
+) -> Links:  # fmt: skip
     links = Links()
     guides = draw_guides(sheet, scene, pose, size, colors)
     links.wheels = draw_wheels(sheet, scene, pose, colors)

@@ -16,7 +16,7 @@ from mechdae.describe.mechanism import GROUND, Body, Mechanism
 from mechdae.draw import style
 from mechdae.draw.diagram import symbols
 from mechdae.draw.diagram.scene import Array, DrawnScene
-from mechdae.draw.sheet import Sheet, normal, unit
+from mechdae.draw.sheet import LineLook, Sheet, normal, unit
 from mechdae.records import dataclass
 from mechdae.types import Booleans
 
@@ -120,17 +120,11 @@ def places_of(scene: JoinedScene, pose: int) -> list[Place]:
     """
     groups: list[set[str]] = []
     both = scene.joints(pose)
-    joints = [
-        joint
-        for joint in scene.mechanism.joints.values()
-        if joint in both
-        or (
-            joint.hinge
-            and joint.name not in scene.open
-            and GROUND in joint.bodies
-            and set(joint.bodies) <= set(scene.origins)
-        )
-    ]
+    known = set(scene.origins)
+    closed = [each for each in scene.mechanism.joints.values() if each.name not in scene.open]
+    fixed = [each for each in closed if each.hinge and GROUND in each.bodies]
+    fixed = [each for each in fixed if set(each.bodies) <= known]
+    joints = [each for each in scene.mechanism.joints.values() if each in both or each in fixed]
     order: dict[str, int] = {}
     for joint in joints:
         for cluster in _points_of(joint):
@@ -158,24 +152,17 @@ def places_of(scene: JoinedScene, pose: int) -> list[Place]:
 
 def free_points(scene: JoinedScene, pose: int) -> list[str]:
     """Return the points of moving bodies that belong to no joint."""
-    used = {
-        reference
-        for joint in scene.mechanism.joints.values()
-        if joint.name not in scene.open
-        for reference in (joint.first, joint.second)
-    }
-    return [
-        f"{name}.{point}"
-        for name, body in scene.mechanism.bodies.items()
-        if scene.shown(name, pose)
-        for point in body.points
-        if f"{name}.{point}" not in used
-        and not any(
-            reference.split(".")[0] == name
-            and np.allclose(scene.local(reference), scene.local(f"{name}.{point}"), atol=1e-12)
-            for reference in used
-        )
-    ]
+    joints = [each for each in scene.mechanism.joints.values() if each.name not in scene.open]
+    used = {side for joint in joints for side in (joint.first, joint.second)}
+    free = []
+    for name, body in scene.mechanism.bodies.items():
+        spots = [scene.local(side) for side in used if side.split(".")[0] == name]
+        for reference in (f"{name}.{point}" for point in body.points):
+            if scene.shown(name, pose) and reference not in used:
+                here = scene.local(reference)
+                if not any(np.allclose(spot, here, atol=1e-12) for spot in spots):
+                    free.append(reference)
+    return free
 
 
 def fixed_bodies(mechanism: Mechanism) -> set[str]:
@@ -352,13 +339,7 @@ def edges(shape: LinkShape) -> list[tuple[str, str]]:
 
 
 def draw_body(
-    sheet: Sheet,
-    scene: DrawnScene,
-    name: str,
-    pose: int,
-    color: str,
-    z: float = style.Z_BAR,
-    dashed: bool = False,
+    sheet: Sheet, scene: DrawnScene, name: str, pose: int, color: str, z: float, dashed: bool
 ) -> list[Piece]:
     """Draw bars and polygon of a body; return the lines drawn.
 
@@ -374,10 +355,8 @@ def draw_body(
     if shape.kind == "polygon":
         corners = np.array([spots[point] for point in shape.points])
         with sheet.on(*(f"{name}.{point}" for point in shape.points)):
-            sheet.area(
-                corners, fill=style.FILL, edge="none", width=0.0, z=style.Z_FILL,
-                gid=f"body-{name}-polygon", weight=0.0,
-            )  # fmt: skip
+            look: LineLook = {"width": 0.0, "z": style.Z_FILL, "gid": f"body-{name}-polygon"}
+            sheet.area(corners, fill=style.FILL, edge="none", weight=0.0, **look)
         for i, spot in enumerate(corners):
             arms = (corners[i - 1] - spot, corners[(i + 1) % len(corners)] - spot)
             with sheet.on(f"{name}.{shape.points[i]}", turn=name):
@@ -394,13 +373,9 @@ def draw_body(
 
 
 def draw_bridges(
-    sheet: Sheet,
-    scene: DrawnScene,
-    pose: int,
-    place: Place,
-    center: Array,
+    sheet: Sheet, scene: DrawnScene, pose: int, place: Place, center: Array,
     bars: Mapping[str, list[Piece]],
-) -> None:
+) -> None:  # fmt: skip
     """Mark the bars that run past this pin without a break."""
     bodies = [name for name in place.bodies if name != GROUND]
     for reference in place.references if place.pinned else ():
@@ -411,18 +386,12 @@ def draw_bridges(
         along = next((arm for arm in arms if any(arm @ other < -0.99 for other in arms)), None)
         if along is None:
             continue
-        others = sum(
-            (
-                sheet.at(scene.place(f"{name}.{end}", pose)) - center
-                for name in bodies
-                if name != body
-                for end in scene.mechanism.body(name).points
-            ),
-            np.array([0.0, -1e-6]),
-        )
+        others = [name for name in bodies if name != body]
+        ends = [f"{name}.{end}" for name in others for end in scene.mechanism.body(name).points]
+        arms = [sheet.at(scene.place(end, pose)) - center for end in ends]
+        away = -np.sum([(0.0, -1e-6), *arms], axis=0)
         with sheet.on(reference, turn=body):
-            gid = f"bridge-{reference}"
-            symbols.bridge(sheet, center, along, -np.asarray(others), gid, style.INK)
+            symbols.bridge(sheet, center, along, away, f"bridge-{reference}", style.INK)
 
 
 def _drawn_arms(bars: list[Piece], center: Array) -> list[Array]:

@@ -256,10 +256,7 @@ def read_scene(result: Result) -> DrawnScene:
         body, _, rest = text.partition(".")
         if rest == "angle" and body in mechanism.bodies and body not in angles:
             angles[body] = np.asarray(driver.position, dtype=float)
-    known = {
-        reference: np.asarray(entry.position, dtype=float)
-        for reference, entry in result.points.items()
-    }
+    known = {key: np.asarray(entry.position, float) for key, entry in result.points.items()}
     scene = DrawnScene(
         mechanism, mechanism.values(), angles, origins, status,
         frozenset(_cylinders(mechanism, driver_names(result))),
@@ -309,10 +306,7 @@ def _hangs(mechanism: Mechanism, guide: Joint, body: str, point: str) -> bool:
 
 
 def _complete(
-    scene: DrawnScene,
-    angles: dict[str, Array],
-    origins: dict[str, Array],
-    known: dict[str, Array],
+    scene: DrawnScene, angles: dict[str, Array], origins: dict[str, Array], known: dict[str, Array]
 ) -> bool:
     """Add what follows from the placements so far; return whether there was anything."""
     before = len(angles) + len(origins)
@@ -453,11 +447,7 @@ def _aligned(scene: DrawnScene) -> Array:
 
 def _crowded(scene: DrawnScene) -> NDArray[np.bool_]:
     """Return in which poses two joints that are apart elsewhere come together."""
-    joints = [
-        joint
-        for joint in scene.mechanism.joints.values()
-        if {joint.first_body, joint.second_body} <= set(scene.origins)
-    ]
+    joints = [j for j in scene.mechanism.joints.values() if {*j.bodies[:2]} <= {*scene.origins}]
     result = np.zeros(len(scene.status), dtype=bool)
     known = scene.assembled()
     if len(joints) < 2 or not known:

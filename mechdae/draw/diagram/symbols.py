@@ -81,9 +81,9 @@ def block(sheet: Sheet, center: Array, along: Array, gid: str) -> None:
     sheet.box(center - inner, center + inner)
 
 
-def rectangle(center: Array, along: Array) -> Array:
-    """Return the corners of a block."""
-    a, b = style.BLOCK[0] * along, style.BLOCK[1] * normal(along)
+def rectangle(center: Array, along: Array, room: float = 0.0) -> Array:
+    """Return the corners of a block, with so much room around it."""
+    a, b = (style.BLOCK[0] + room) * along, (style.BLOCK[1] + room) * normal(along)
     return np.array([center - a - b, center + a - b, center + a + b, center - a + b])
 
 

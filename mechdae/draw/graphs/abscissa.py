@@ -241,18 +241,24 @@ def key_of(
     entries = []
     for word in dict.fromkeys(arc.word for arc in arcs):
         spans = [(axis.text(arc.start), axis.text(arc.end)) for arc in arcs if arc.word == word]
-        shown = [a if a == b else f"{a} … {b}" for a, b in spans]
-        where = ", ".join(shown) if len(shown) <= SHOWN else f"{len(shown)} arcs"
+        where = _listed([a if a == b else f"{a} … {b}" for a, b in spans], f"{len(spans)} arcs")
         entries.append(Entry(f"{word} {where}", area=style.ARCS[word]))
     for kind in dict.fromkeys(kind for kind, _ in events):
         word, look = MARKS[kind]
-        places = list(dict.fromkeys(axis.text(x) for event, x in events if event == kind))
-        count = sum(event == kind for event, _ in events)
-        where = ", ".join(places) if len(places) <= SHOWN else f"{count} times"
-        upright = {"upright": True, "linewidth": style.LINE, "linestyle": look}
-        line = MARK | {"marker": look} if isinstance(look, str) else upright
-        entries.append(Entry(f"{word} {where}", line=line | {"color": style.INK}))
+        places = [axis.text(x) for event, x in events if event == kind]
+        line = MARK | {"marker": look} if isinstance(look, str) else _upright(look)
+        text = f"{word} {_listed([*dict.fromkeys(places)], f'{len(places)} times')}"
+        entries.append(Entry(text, line=line | {"color": style.INK}))
     return entries
+
+
+def _listed(places: Sequence[str], many: str) -> str:
+    """Return places one by one, or how many they are."""
+    return ", ".join(places) if len(places) <= SHOWN else many
+
+
+def _upright(dashes: Dashes) -> dict[str, Any]:
+    return {"upright": True, "linewidth": style.LINE, "linestyle": dashes}
 
 
 def beyond_key(axis: Abscissa, clips: Sequence[Clip | None]) -> list[Entry]:
@@ -265,9 +271,8 @@ def beyond_key(axis: Abscissa, clips: Sequence[Clip | None]) -> list[Entry]:
             places.append(at)
     if not places:
         return []
-    where = ", ".join(axis.text(at, 4) for at in places)
-    where = where if len(places) <= SHOWN else f"{len(places)} places"
-    line = {"upright": True, "color": style.FAINT, "linewidth": style.LINE, "linestyle": BEYOND}
+    where = _listed([axis.text(at, 4) for at in places], f"{len(places)} places")
+    line = _upright(BEYOND) | {"color": style.FAINT}
     return [Entry(f"beyond the picture {where}", line=line)]
 
 

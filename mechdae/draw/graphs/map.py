@@ -125,19 +125,16 @@ def _of_study(
             rows &= values == values[0]
             scale = scale_of(units.get(name, ""), [values[0]], result.units)
             held.append(f"{name} = {scale.text(float(values[0]))}")
-    return [
-        Plane(
-            tuple(names),
-            tuple(np.asarray(result.parameters[name], float)[rows] for name in names),
-            tuple(units.get(name, "") for name in names),
-            np.asarray(known[path][1], float)[rows],
-            np.asarray(result.status)[rows],
-            path.removeprefix("summary/"),
-            known[path][0],
-            ", ".join(held),
+    axes = tuple(np.asarray(result.parameters[name], float)[rows] for name in names)
+    of_axes, status = tuple(units.get(name, "") for name in names), np.asarray(result.status)[rows]
+    planes = []
+    for path in chosen:
+        unit, array = known[path]
+        values, label = np.asarray(array, float)[rows], path.removeprefix("summary/")
+        planes.append(
+            Plane(tuple(names), axes, of_axes, values, status, label, unit, ", ".join(held))
         )
-        for path in chosen
-    ]
+    return planes
 
 
 def _of_drivers(result: StudyResult, paths: Sequence[str] | None) -> Plane:
@@ -232,9 +229,9 @@ def _draw_map(result: StudyResult, ax: Axes | None, plane: Plane) -> Axes:
     else:
         xs, ys, index = grid
         table = values[index]
-        _contours(frame, panel, xs, ys, table, levels, colors, norm)
+        _contours(frame, xs, ys, table, levels, colors, norm)
         if locked:
-            _lock(frame, panel, xs, ys, table)
+            _lock(frame, xs, ys, table)
     _bar(frame, levels, colors)
     frame.label(panel, *(each.named(n) for n, each in zip(plane.names, scales, strict=True)))
     return panel
@@ -306,17 +303,10 @@ def _hatch(panel: Axes, x: Array, y: Array, there: Any, grid: Any, word: str) ->
 
 
 def _contours(
-    frame: Panels,
-    panel: Axes,
-    xs: Array,
-    ys: Array,
-    table: Array,
-    levels: Array,
-    colors: Any,
-    norm: Any,
+    frame: Panels, xs: Array, ys: Array, table: Array, levels: Array, colors: Any, norm: Any
 ) -> None:
     """Fill between levels and write their values on the lines."""
-    masked = np.ma.masked_invalid(table)
+    masked, panel = np.ma.masked_invalid(table), frame.panels[0]
     if masked.count() < 3:
         return
     # the half cells at the border of what has values, then lines between the values
@@ -326,33 +316,23 @@ def _contours(
     inner = [level for level in levels if np.nanmin(table) < level < np.nanmax(table)]
     if not inner:
         return
-    lines = panel.contour(
-        xs, ys, masked, levels=inner, colors=style.INK, linewidths=0.7 * frame.k,
-        linestyles="solid", zorder=2,
-    )  # fmt: skip
-    texts = panel.clabel(
-        lines, fmt=lambda value: number(value), inline=True, inline_spacing=2,
-        fontsize=max(style.LEAST, (style.TICK - 0.5) * frame.k),
-    )  # fmt: skip
-    for text in texts:
+    look = {"colors": style.INK, "linewidths": 0.7 * frame.k, "linestyles": "solid"}
+    lines = panel.contour(xs, ys, masked, levels=inner, zorder=2, **look)
+    size = max(style.LEAST, (style.TICK - 0.5) * frame.k)
+    for text in panel.clabel(lines, fmt=number, inline=True, inline_spacing=2, fontsize=size):
         text.set_fontfamily(style.NOTE_FONT)
         text.set_bbox({"facecolor": style.PAPER, "edgecolor": "none", "alpha": 0.8, "pad": 0.8})
         text.set_zorder(4)
 
 
-def _lock(frame: Panels, panel: Axes, xs: Array, ys: Array, table: Array) -> None:
+def _lock(frame: Panels, xs: Array, ys: Array, table: Array) -> None:
     """Hatch where an efficiency is below zero."""
-    edge = style.ARCS[LOCKED][1]
-    masked = np.ma.masked_invalid(table)
-    low = float(masked.min())
-    filled = panel.contourf(
-        xs, ys, masked, levels=[low - 1.0, 0.0], colors="none", hatches=["---"], zorder=2.5
-    )
-    filled.set_edgecolor(edge)
-    filled.set_linewidth(0.0)
-    panel.contour(
-        xs, ys, masked, levels=[0.0], colors=style.ARROW, linewidths=1.8 * frame.k, zorder=3
-    )
+    masked, panel = np.ma.masked_invalid(table), frame.panels[0]
+    levels, width = [float(masked.min()) - 1.0, 0.0], 1.8 * frame.k
+    look = {"colors": "none", "hatches": ["---"], "zorder": 2.5}
+    filled = panel.contourf(xs, ys, masked, levels=levels, **look)
+    filled.set(edgecolor=style.ARCS[LOCKED][1], linewidth=0.0)
+    panel.contour(xs, ys, masked, levels[1:], colors=style.ARROW, linewidths=width, zorder=3)
 
 
 def _bar(frame: Panels, levels: Array, colors: Any) -> None:

@@ -103,32 +103,29 @@ def lines_of(result: Result, path: str) -> list[Line]:
     if head.startswith("efforts"):
         return _of_efforts(result, path, head, rest)
     if head == "bound":
-        names = rest[:1] or list(result.bound)
         units = {"length": "m", "angle": "rad"}
-        return [
-            _line(path, name, "bound", _known("bound", name, result.bound), units[name])
-            for name in names
-        ]
+        known = {name: _known("bound", name, result.bound) for name in rest[:1] or result.bound}
+        return [_line(path, name, "bound", array, units[name]) for name, array in known.items()]
     if head == "condition" and result.condition is not None:
         return [_line(path, "", "condition", result.condition, "1")]
     if head == "centres" and rest:
         array = _known("pair of bodies", rest[0], result.centres)
         unit, rows = centre_unit(rest[0]), np.reshape(array, (len(array), -1)).T
-        axes = "xyz" if len(rows) > 1 else [""]
+        axes = (" x", " y", " z") if len(rows) > 1 else ("",)
+        names, far = [rest[0] + axis for axis in axes], tuple(cuts(array))
         lines = [
-            _line(path, f"{rest[0]} {axis}".strip(), "centre", row, unit)
-            for axis, row in zip(axes, rows, strict=False)
+            _line(path, name, "centre", row, unit) for name, row in zip(names, rows, strict=False)
         ]
-        return [replace(line, cuts=tuple(cuts(array))) for line in lines]
+        return [replace(line, cuts=far) for line in lines]
     if head in result.scalars:
         return [_line(path, "", head, result.scalars[head], UNITS[head])]
     if head == "work" and result.work:
         loads = rest[:1] or list(result.work)
         works = [(load, _known("load", load, result.work)) for load in loads]
         return [_line(f"work/{source}", source, "work", array, "J") for source, array in works]
-    known = [*KINDS, "efforts", "bound", "condition", "centres", *result.scalars, "work"]
+    heads = [*KINDS, "efforts", "bound", "condition", "centres", *result.scalars, "work"]
     parts = [f"{kind}/{name}" for kind in KINDS for name in getattr(result, kind)]
-    raise UnknownName("path", path, [*known, *parts])
+    raise UnknownName("path", path, [*heads, *parts])
 
 
 def vector_of(result: SweepResult, path: str) -> tuple[str, str, str, Array]:
@@ -252,27 +249,19 @@ def _of_part(result: Result, path: str, kind: str, rest: Sequence[str]) -> list[
         axes, units = reaction_parts(word, array.shape[1])
     if rest[-1] == SIZE:
         plane = array.shape[1] == 2 or (word.startswith("reaction") and array.shape[1] == 3)
-        values = np.sqrt((array[:, : 2 if plane else 3] ** 2).sum(axis=1))
+        values = np.linalg.norm(array[:, : 2 if plane else 3], axis=1)
         return [_line(path, f"|{part}|", quantity, values, units[0], "", partner)]
-    chosen = [axis for axis, _ in zip(axes, array.T, strict=False)]
-    if len(rest) > 2:
-        chosen = [axis for axis in chosen if axis == rest[2]]
-        if not chosen:
-            raise UnknownName("component", rest[2], [*axes[: array.shape[1]], SIZE])
-    lines = [
-        _line(
-            path,
-            f"{part} {axis}",
-            quantity,
-            array[:, axes.index(axis)],
-            units[axes.index(axis)],
-            f"{part}.{axis}" if word == "position" else "",
-            partner,
-        )
-        for axis in chosen
-    ]
+    rows = dict(zip(axes, zip(array.T, units, strict=False), strict=False))
+    chosen = rest[2:3] or list(rows)
+    if not set(chosen) <= set(rows):
+        raise UnknownName("component", rest[2], [*rows, SIZE])
     far = tuple(cuts(array)) if word.startswith("centrode") else ()
-    return [replace(line, cuts=far) for line in lines]
+    lines = []
+    for axis in chosen:
+        extreme = f"{part}.{axis}" if word == "position" else ""
+        line = _line(path, f"{part} {axis}", quantity, *rows[axis], extreme, partner)
+        lines.append(replace(line, cuts=far))
+    return lines
 
 
 def _of_efforts(result: Any, path: str, head: str, rest: Sequence[str]) -> list[Line]:
@@ -292,14 +281,9 @@ def _of_efforts(result: Any, path: str, head: str, rest: Sequence[str]) -> list[
 
 
 def _line(
-    path: str,
-    name: str,
-    quantity: str,
-    values: Floats,
-    unit: str,
-    extreme: str = "",
+    path: str, name: str, quantity: str, values: Floats, unit: str, extreme: str = "",
     partner: str = "",
-) -> Line:
+) -> Line:  # fmt: skip
     return Line(path, name, quantity, unit, np.asarray(values, float), extreme, partner)
 
 

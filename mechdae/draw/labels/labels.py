@@ -100,29 +100,15 @@ def _anchored(entry: Writing) -> Writing:
 
 
 def _letters(
-    sheet: Sheet,
-    scene: DrawnScene,
-    pose: int,
-    places: Sequence[Place],
-    letters: Mapping[str, str],
+    sheet: Sheet, scene: DrawnScene, pose: int, places: Sequence[Place], letters: Mapping[str, str]
 ) -> list[Writing]:
+    rows = [(p.references, style.PIN if p.pinned else style.DOT) for p in places]
+    rows += [((reference,), style.DOT) for reference in free_points(scene, pose)]
     result = []
-    rows = [
-        (
-            letters[place.references[0]],
-            scene.place(place.references[0], pose),
-            place.references,
-            _gap(place),
-        )
-        for place in places
-    ]
-    rows += [
-        (letters[reference], scene.place(reference, pose), (reference,), style.DOT + 2.5)
-        for reference in free_points(scene, pose)
-    ]
-    for name, position, references, gap in rows:
-        arms = _arms(scene, references, pose)
-        result.append(letter(name, references[0], sheet.at(position), gap, arms))
+    for references, radius in rows:
+        first, arms = references[0], _arms(scene, references, pose)
+        spot = sheet.at(scene.place(first, pose))
+        result.append(letter(letters[first], first, spot, radius + 2.5, arms))
     return result
 
 
@@ -144,24 +130,14 @@ def letter(name: str, gid: str, anchor: Array, gap: float, arms: Sequence[Array]
 
 def load_names(marks: Sequence[Mark]) -> list[Writing]:
     """Return the names of the loads, beside their arrows."""
-    result = []
+    result, chosen = [], font(style.LOAD_TEXT, style.NOTE_FONT)
     for mark in marks:
-        chosen = font(style.LOAD_TEXT, style.NOTE_FONT)
-        text = plain(mark.text)
+        text, gid = plain(mark.text), f"label-load-{mark.name}"
         low, high = ink(text, chosen)
-        width, height = (float(side) for side in high - low + 2 * AIR)
+        width, height = (high - low + 2 * AIR).tolist()
         label = layout.along(mark.lines, width, height, 2.0)
-        result.append(
-            Writing(text, "load", f"label-load-{mark.name}", chosen, label, (), mark.color)
-        )
+        result.append(Writing(text, "load", gid, chosen, label, (), mark.color))
     return result
-
-
-def _gap(place: Place) -> float:
-    """Return the room between the middle of a joint and its letter."""
-    if place.pinned:
-        return style.PIN + 2.5
-    return style.DOT + 2.5
 
 
 def _arms(scene: DrawnScene, references: Sequence[str], pose: int) -> list[Array]:
@@ -186,26 +162,21 @@ def link_numbers(scene: JoinedScene, pose: int, links: Links) -> list[Writing]:
     for name, number in numbers_of(scene.mechanism).items():
         if scene.shown(name, pose):
             label, anchors = _number_label(name, links, 2 * style.DISC)
-            weight = (
-                style.RING if name in links.wheels and not links.bars.get(name) else style.SOLID
-            )
+            alone = name in links.wheels and not links.bars.get(name)
+            weight = style.RING if alone else style.SOLID
             segments = np.array([(*a, *b, weight) for a, b in anchors]).reshape(-1, 5)
-            label = replace(
-                label,
-                own=segments,
-                costs=label.costs + _strange(label, name, links, anchors),
-                rank=1,
-            )
+            costs = label.costs + _strange(label, name, links, anchors)
+            label = replace(label, own=segments, costs=costs, rank=1)
             result.append(Writing(str(number), "number", f"number-{name}", chosen, label, anchors))
     return result
 
 
 def _strange(label: layout.Label, name: str, links: Links, anchors: Sequence[Piece]) -> Array:
     """Return what it costs to put a number in the polygon or behind the bar of another link."""
-    others = [corners for other, corners in links.polygons.items() if other != name]
     strange = np.zeros(len(label.places))
-    for corners in others:
-        strange = np.maximum(strange, within(label.places, corners))
+    for other, corners in links.polygons.items():
+        if other != name:
+            strange = np.maximum(strange, within(label.places, corners))
     rows = [(*a, *b) for other, rows in links.bars.items() if other != name for a, b in rows]
     bars = np.array(rows, dtype=float).reshape(-1, 4)
     feet = feet_of(label.places, np.array([(*a, *b) for a, b in anchors]).reshape(-1, 4))
