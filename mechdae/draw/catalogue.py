@@ -202,30 +202,17 @@ def check_suits(
     picture, holds = picture_of(kind), TASKS[task].holds
     if set(picture.of) & set(holds):
         return
-    if "designs" in picture.of:
-        raise InputError(
-            f"'{kind}' is a picture of a synthesis, this is a {what} of kind '{task}'",
-            where=where,
-            hint=picture.hint,
-        )
-    if "schemes" in holds:
-        known = ", ".join(kinds_of("schemes"))
-        raise InputError(
-            f"a composition has schemes, no '{kind}'", where=where,
-            hint=f"{known}; or solve the problem of a scheme and draw that",
-        )  # fmt: skip
-    if "schemes" in picture.of and "designs" not in picture.of:
-        raise InputError(
-            f"'{kind}' is a picture of a composition, this is a {what} of kind '{task}'",
-            where=where, hint=picture.hint,
-        )  # fmt: skip
-    if "designs" in holds:
-        known = ", ".join(kinds_of("designs"))
-        raise InputError(
-            f"a synthesis has designs, no poses to draw as '{kind}'",
-            where=where,
-            hint=f"{known}; or solve the problem of a design and draw that",
-        )
+    for holding, made in (("designs", "synthesis"), ("schemes", "composition")):
+        if holding in picture.of:
+            text = f"'{kind}' is a picture of a {made}, this is a {what} of kind '{task}'"
+            raise InputError(text, where=where, hint=picture.hint)
+    for holding, text, part in (
+        ("schemes", f"a composition has schemes, no '{kind}'", "scheme"),
+        ("designs", f"a synthesis has designs, no poses to draw as '{kind}'", "design"),
+    ):
+        if holding in holds:
+            hint = f"{', '.join(kinds_of(holding))}; or solve the problem of a {part} and draw that"
+            raise InputError(text, where=where, hint=hint)
     hint, subject = picture.hint, f"a task of kind {task}"
     if "grid" in holds:
         subject = "a study"
@@ -361,7 +348,5 @@ def kind_for(task: str, given: Mapping[str, object]) -> str:
     The diagram is meant if it has the options that were asked for and the usual kind has not.
     """
     kinds = [kind for kind, picture in PICTURES.items() if task in picture.usual_of]
-    if not kinds:
-        return usual_kind(task)
-    able = (name for name in (*kinds, "diagram") if set(given) <= set(names_of(name)))
-    return next(able, kinds[0])
+    kinds = [*kinds, "diagram"] if kinds else [usual_kind(task)]
+    return next((name for name in kinds if set(given) <= set(names_of(name))), kinds[0])

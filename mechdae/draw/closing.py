@@ -122,11 +122,9 @@ def _spatial(scene: SpatialScene, pose: int) -> Iterator[tuple[str, float]]:
 
 def _arm(scene: DrawnScene, joint: Joint) -> float:
     """Return how far the points of the second body are from the joint at most."""
-    points = scene.mechanism.body(joint.second_body).points
-    ways = [
-        scene.local(f"{joint.second_body}.{point}") - scene.local(joint.second) for point in points
-    ]
-    return max(map(_size, ways), default=0.0)
+    body, here = joint.second_body, scene.local(joint.second)
+    points = scene.mechanism.body(body).points
+    return max((_size(scene.local(f"{body}.{point}") - here) for point in points), default=0.0)
 
 
 def _distance(line: Array, place: Array) -> float:
@@ -161,10 +159,8 @@ def draw_gaps(sheet: Sheet, scene: DrawnScene, result: Result, words: Words) -> 
 
 def open_text(result: Result, words: Words) -> str:
     """Return which joints stay open by how much, empty where all close."""
-    gaps = [
-        f"{opening['joint']} {words.amount(opening['gap'], 'm')}" for opening in open_of(result)
-    ]
-    return words("does not close", ", ".join(gaps)) if gaps else ""
+    rows = [f"{row['joint']} {words.amount(row['gap'], 'm')}" for row in open_of(result)]
+    return words("does not close", ", ".join(rows)) if rows else ""
 
 
 def blame_text(result: SweepResult, words: Words) -> str:

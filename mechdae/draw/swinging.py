@@ -100,54 +100,44 @@ def closed(scene: DrawnScene) -> DrawnScene:
     names, joints = list(scene.mechanism.bodies), list(scene.mechanism.joints.values())
 
     def moved(q: Array) -> DrawnScene:
-        angles = {**scene.angles, **{name: q[:, 3 * k + 2] for k, name in enumerate(names)}}
-        origins = {
-            **scene.origins,
-            **{name: q[:, 3 * k : 3 * k + 2] for k, name in enumerate(names)},
-        }
-        return replace(scene, angles=angles, origins=origins)
+        parts = dict(zip(names, np.split(q, len(names), axis=1), strict=True))
+        angles = {name: part[:, 2] for name, part in parts.items()}
+        origins = {name: part[:, :2] for name, part in parts.items()}
+        return replace(
+            scene, angles={**scene.angles, **angles}, origins={**scene.origins, **origins}
+        )
 
     def off(q: Array) -> Array:
         return np.hstack([np.zeros((len(q), 1)), *(gap for _, gap in gaps(moved(q), joints))])
 
-    q = np.hstack([np.hstack([scene.origins[name], scene.angles[name][:, None]]) for name in names])
+    q = np.hstack([part for n in names for part in (scene.origins[n], scene.angles[n][:, None])])
     spots = np.vstack([scene.origins[name] for name in names])
     size = float(np.ptp(spots, axis=0).max()) or 1.0
     units = np.tile([size, size, STIFF], len(names))
     step = 1e-6
     for _ in range(ROUNDS):
-        slopes = [
-            (off(q + change) - off(q - change)) / (2 * step) for change in step * np.diag(units)
-        ]
-        q = q - units * np.stack(
-            [
-                np.linalg.lstsq(*row, rcond=1e-9)[0]
-                for row in zip(np.stack(slopes, 2), off(q), strict=True)
-            ]
-        )
+        ways = step * np.diag(units)
+        slopes = np.stack([(off(q + way) - off(q - way)) / (2 * step) for way in ways], 2)
+        rows = zip(slopes, off(q), strict=True)
+        q = q - units * np.stack([np.linalg.lstsq(*row, rcond=1e-9)[0] for row in rows])
     return moved(q)
 
 
 def enlargement(result: EquilibriumResult, mode: Json) -> float:
     """Return the factor on a shape with which it is seen."""
     scene = read_scene(result)
-    turns = [0.0]
-    ways: list[float] = [0.0]
-    spots = []
+    turn, way, spots = 0.0, 0.0, []
     for body, parts in result.mechanism.bodies.items():
         z = {word: complex(*value) for word, value in mode["bodies"][body].items()}
-        turns.append(abs(z["angle"]))
-        for point in parts.points or ("",):
-            place = scene.place(f"{body}.{point}", 0) if point else scene.origins[body][0]
-            spots.append(place)
-            arm: Array = place - scene.origins[body][0]
-            ways.append(float(np.hypot(abs(z["x"] - z["angle"] * arm[1]),
-                                       abs(z["y"] + z["angle"] * arm[0]))))  # fmt: skip
+        turn, origin = max(turn, abs(z["angle"])), scene.origins[body][0]
+        places = [scene.place(f"{body}.{point}", 0) for point in parts.points] or [origin]
+        for x, y in np.array(places) - origin:
+            moved = abs(z["x"] - z["angle"] * y), abs(z["y"] + z["angle"] * x)
+            way = max(way, float(np.hypot(*moved)))
+        spots += places
     size = float(np.ptp(spots, axis=0).max()) or 1.0
-    limits = [TURN / max(turns) if max(turns) else np.inf]
-    limits.append(TRAVEL * size / max(ways) if max(ways) else np.inf)
-    least = float(min(limits))
-    return least if np.isfinite(least) else 1.0
+    limits = [most / moved for most, moved in ((TURN, turn), (TRAVEL * size, way)) if moved]
+    return min(limits, default=1.0)
 
 
 def swing_text(result: EquilibriumResult, number: int, words: Words) -> str:

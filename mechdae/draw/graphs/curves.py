@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from itertools import repeat
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -122,20 +123,12 @@ def draw_all(
     whole = replace(axes[0], values=np.concatenate([axis.values for axis in axes]))
     key = [*key_of(axes[0], arcs, events), *beyond_key(whole, clips)]
     if several:
-        key = [Entry(name, line=_line_of(k)) for k, name in enumerate(names)] + key
-    labels = [_end(line, group, names) for group in groups for line in group]
-    frame = Panels(
-        ax,
-        len(groups),
-        results[0],
-        subtitle_of(results[0], *([] if several else [text for text in names if text])),
-        key,
-        labels,
-        rows=max(len(group) for group in groups),
-    )
+        lined = ({"color": style.color_of(k), "linewidth": 1.5} for k in range(len(names)))
+        key = [*map(Entry, names, repeat(None), lined), *key]
+    frame = CurvePanels(ax, groups, axes, results, names, key)
     draw_axis(frame, whole, arcs, events)
     for panel, group, clip in zip(frame.panels, groups, clips, strict=True):
-        _draw_panel(frame, panel, group, axes, results, names, extremes, clip)
+        frame.draw(panel, group, clip, extremes)
     frame.label(frame.panels[-1], axes[0].scale.named(axes[0].label))
     return frame.panels[0]
 
@@ -172,18 +165,6 @@ def _smooth(
     finest = smooth(result, seen)
     same = [(line.path, line.name) for line in _lines(finest, of)] == names
     return finest if same else result
-
-
-def _line_of(variant: int) -> Json:
-    return {"color": style.color_of(variant), "linewidth": 1.5}
-
-
-def _end(line: Line, group: Sequence[Line], names: Sequence[str]) -> str:
-    """Return what stands at the end of a curve: its name, with that of its variant."""
-    same = [other for other in group if other.variant == line.variant]
-    if len(names) == 1:
-        return _label(line, same)
-    return names[line.variant] if len(same) == 1 else f"{_label(line, same)}, {names[line.variant]}"
 
 
 def _panels(lines: Sequence[Line]) -> Iterator[list[Line]]:
@@ -236,58 +217,86 @@ def _cuts(axis: Abscissa, line: Line) -> list[int]:
     return list(line.cuts) or (cuts(line.values) if axis.rises else [])
 
 
-def _draw_panel(
-    frame: Panels,
-    panel: Axes,
-    group: list[Line],
-    axes: Sequence[Abscissa],
-    results: Sequence[Any],
-    names: Sequence[str],
-    extremes: bool,
-    clip: Clip | None,
-) -> None:
-    axis, several = axes[0], len(results) > 1
-    marked = extremes and axis.kind == "driver"
-    shown = [line.values for line in group] if clip is None else [[clip.low, clip.high]]
-    scale = scale_of(group[0].unit, shown, results[0].units)
-    looks = _looks(group)
-    logarithmic = all(line.quantity in LOGARITHMIC for line in group)
-    if logarithmic:
-        unit = results[0].units.of(group[0].unit)
-        scale = Scale("" if unit.name == "1" else unit.name, unit.factor)
-    style_of = "-" if axis.rises or axis.kind == "path" else ""
-    for line, (color, dash) in zip(group, looks, strict=True):
-        along, result = axes[line.variant], results[line.variant]
-        variant = f"-{names[line.variant]}" if several else ""
-        lined = style_of if not few_named(result) else ""
-        count = len(result.status)
+class CurvePanels(Panels):
+    """Panels of series, one for each unit; several results are variants with their names."""
+
+    def __init__(
+        self, ax: Axes | None, groups: Sequence[list[Line]], axes: Sequence[Abscissa],
+        results: Sequence[Any], names: Sequence[str], key: Sequence[Entry],
+    ) -> None:  # fmt: skip
+        self.axes, self.results, self.names = axes, results, names
+        self.several: bool = len(results) > 1
+        ends = [self._end(line, group) for group in groups for line in group]
+        about = subtitle_of(results[0], *([] if self.several else filter(None, names)))
+        count, rows = len(groups), max(map(len, groups))
+        super().__init__(ax, count, results[0], about, key, ends, rows=rows)
+
+    def _end(self, line: Line, group: Sequence[Line]) -> str:
+        """Return what stands at the end of a curve: its name, with that of its variant."""
+        same, variant = [row for row in group if row.variant == line.variant], line.variant
+        if not self.several:
+            return _label(line, same)
+        title = self.names[variant]
+        return title if len(same) == 1 else f"{_label(line, same)}, {title}"
+
+    def draw(self, panel: Axes, group: list[Line], clip: Clip | None, extremes: bool) -> None:
+        """Draw series of one unit, within limits where poles would flatten them."""
+        axis, units = self.axes[0], self.results[0].units
+        marked = extremes and axis.kind == "driver"
+        shown = [line.values for line in group] if clip is None else [[clip.low, clip.high]]
+        scale, looks = scale_of(group[0].unit, shown, units), _looks(group)
+        logarithmic = all(line.quantity in LOGARITHMIC for line in group)
+        if logarithmic:
+            unit = units.of(group[0].unit)
+            scale = Scale("" if unit.name == "1" else unit.name, unit.factor)
+        for line, (color, dash) in zip(group, looks, strict=True):
+            self._curve(panel, line, scale, color, dash)
+        finite = [scale(line.values)[np.isfinite(line.values)] for line in group]
+        everything = np.concatenate([*finite, np.zeros(0)])
+        if logarithmic and (everything > 0).any():
+            _decades(panel, everything[everything > 0])
+        elif clip is not None:
+            _limits(self, panel, scale(np.array([clip.low, clip.high])), scale, 0.0)
+            for place in clip.beyond:
+                at, gid = float(axis.scale(place.at)), f"beyond-{group[0].unit}"
+                self.upright(panel, at, BEYOND, gid, style.FAINT)
+        elif everything.size:
+            room = EXTREMES * self.k / float(self.size_of(panel)[1]) if marked else MARGIN
+            _limits(self, panel, everything, scale, room)
+        self.label(panel, y=_quantity(group, scale))
+        if marked:
+            places = Places(self, panel)
+            for line in group:
+                places.keep(self.axes[line.variant].shown, scale(line.values))
+            for line, (color, _) in zip(group, looks, strict=True):
+                self._mark(places, line, scale, color)
+        ends = [(scale(line.values), self._end(line, group)) for line in group]
+        self.ends(panel, [(*end, color) for end, (color, _) in zip(ends, looks, strict=True)])
+
+    def _curve(self, panel: Axes, line: Line, scale: Scale, color: str, dash: Any) -> None:
+        along, result = self.axes[line.variant], self.results[line.variant]
+        lined = (self.axes[0].rises or self.axes[0].kind == "path") and not few_named(result)
         track = with_gaps(along.shown, scale(line.values), _cuts(along, line))
-        look: Json = {"linestyle": (dash or lined) if lined else "", "linewidth": 1.4}
-        look |= {"marker": "o" if count <= FEW or not lined else "", "markersize": 3.2}
+        look: Json = {"linestyle": (dash or "-") if lined else "", "linewidth": 1.4}
+        dots = len(result.status) <= FEW or not lined
+        look |= {"marker": "o" if dots else "", "markersize": 3.2, "color": color}
+        variant = f"-{self.names[line.variant]}" if self.several else ""
         gid = f"curve-{line.path}-{line.name}{variant}"
-        frame.line(panel, gid, *track, color=color, markevery=along.dots if lined else None, **look)
-    finite = [scale(line.values)[np.isfinite(line.values)] for line in group]
-    everything = np.concatenate([*finite, np.zeros(0)])
-    if logarithmic and (everything > 0).any():
-        _decades(panel, everything[everything > 0])
-    elif clip is not None:
-        _limits(frame, panel, scale(np.array([clip.low, clip.high])), scale, 0.0)
-        for place in clip.beyond:
-            at, gid = float(axis.scale(place.at)), f"beyond-{group[0].unit}"
-            frame.upright(panel, at, BEYOND, gid, style.FAINT)
-    elif everything.size:
-        room = EXTREMES * frame.k / float(frame.size_of(panel)[1]) if marked else MARGIN
-        _limits(frame, panel, everything, scale, room)
-    frame.label(panel, y=_quantity(group, scale))
-    if marked:
-        places = Places(frame, panel)
-        for line in group:
-            places.keep(axes[line.variant].shown, scale(line.values))
-        for line, (color, _) in zip(group, looks, strict=True):
-            owner = axes[line.variant], results[line.variant]
-            _mark(frame, panel, places, line, scale, *owner, color)
-    ends = [(scale(line.values), _end(line, group, names)) for line in group]
-    frame.ends(panel, [(*end, color) for end, (color, _) in zip(ends, looks, strict=True)])
+        self.line(panel, gid, *track, markevery=along.dots if lined else None, **look)
+
+    def _mark(self, places: Places, line: Line, scale: Scale, color: str) -> None:
+        """Mark least and greatest values where the result has them, refined between the poses."""
+        panel, axis = places.panel, self.axes[line.variant]
+        first, last = axis.ends
+        low, high = panel.get_ylim()
+        for word, at, value in _extremes(self.results[line.variant], line):
+            place, height = float(axis.scale(at)), float(scale(value))
+            if not (first <= at <= last and low <= height <= high):
+                continue
+            marker, gid = "v" if word == "max" else "^", f"extreme-{word}-{line.path}"
+            self.mark(panel, (place, height), marker, 6.5, color, gid)
+            text = f"{number(height, 4)} at {axis.text(at, 4)}"
+            places.write(place, height, text, color, above=word == "max")
 
 
 def _looks(group: Sequence[Line]) -> list[tuple[str, Any]]:
@@ -327,29 +336,6 @@ def _decades(panel: Axes, values: Array) -> None:
     panel.set_ylim(10.0**low, 10.0**high)
     panel.yaxis.set_major_locator(LogLocator(10.0, numticks=6))
     panel.yaxis.set_minor_locator(NullLocator())
-
-
-def _mark(
-    frame: Panels,
-    panel: Axes,
-    places: Places,
-    line: Line,
-    scale: Scale,
-    axis: Abscissa,
-    result: SweepResult,
-    color: str,
-) -> None:
-    """Mark least and greatest values where the result has them, refined between the poses."""
-    first, last = axis.ends
-    for word, at, value in _extremes(result, line):
-        place, height = float(axis.scale(at)), float(scale(value))
-        low, high = panel.get_ylim()
-        if not (first <= at <= last and low <= height <= high):
-            continue
-        marker, gid = "v" if word == "max" else "^", f"extreme-{word}-{line.path}"
-        frame.mark(panel, (place, height), marker, 6.5, color, gid)
-        text = f"{number(height, 4)} at {axis.text(at, 4)}"
-        places.write(place, height, text, color, above=word == "max")
 
 
 def _extremes(result: SweepResult, line: Line) -> Iterator[tuple[str, float, float]]:

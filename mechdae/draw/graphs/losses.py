@@ -112,21 +112,15 @@ def _losses(result: SweepResult, of: Sequence[str] | None) -> dict[str, Array]:
 
 def _without_feedback(result: Any, names: Iterable[str]) -> Array | None:
     """Return the sum of the losses of reactions that friction does not change."""
-    free = [
-        np.asarray(result.joints[name].loss_uncoupled, float)
-        for name in names
-        if "loss_uncoupled" in result.joints[name]
-    ]
+    parts = [result.joints[name] for name in names]
+    free = [np.asarray(p.loss_uncoupled, float) for p in parts if "loss_uncoupled" in p]
     return np.sum(free, axis=0) if free else None
 
 
 def _areas(
-    frame: Panels,
-    x: Array,
-    scale: Scale,
-    layers: Sequence[tuple[str, Array]],
+    frame: Panels, x: Array, scale: Scale, layers: Sequence[tuple[str, Array]],
     labels: Sequence[str],
-) -> list[tuple[Array, str, str]]:
+) -> list[tuple[Array, str, str]]:  # fmt: skip
     """Draw losses above each other; return heights, label and colour of each."""
     panel, order = frame.panels[0], np.argsort(x, kind="stable")
     base, ends = np.zeros(len(x)), []

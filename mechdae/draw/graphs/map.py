@@ -22,7 +22,7 @@ from mechdae.draw.graphs.series import Array, lines_of
 from mechdae.errors import InputError, UnknownName
 from mechdae.records import dataclass
 from mechdae.results.status import stretches
-from mechdae.types import Texts
+from mechdae.types import Json, Texts
 
 if TYPE_CHECKING:
     from mechdae.results import StudyResult
@@ -316,7 +316,7 @@ def _contours(
     inner = [level for level in levels if np.nanmin(table) < level < np.nanmax(table)]
     if not inner:
         return
-    look = {"colors": style.INK, "linewidths": 0.7 * frame.k, "linestyles": "solid"}
+    look: Json = {"colors": style.INK, "linewidths": 0.7 * frame.k, "linestyles": "solid"}
     lines = panel.contour(xs, ys, masked, levels=inner, zorder=2, **look)
     size = max(style.LEAST, (style.TICK - 0.5) * frame.k)
     for text in panel.clabel(lines, fmt=number, inline=True, inline_spacing=2, fontsize=size):
@@ -329,7 +329,7 @@ def _lock(frame: Panels, xs: Array, ys: Array, table: Array) -> None:
     """Hatch where an efficiency is below zero."""
     masked, panel = np.ma.masked_invalid(table), frame.panels[0]
     levels, width = [float(masked.min()) - 1.0, 0.0], 1.8 * frame.k
-    look = {"colors": "none", "hatches": ["---"], "zorder": 2.5}
+    look: Json = {"colors": "none", "hatches": ["---"], "zorder": 2.5}
     filled = panel.contourf(xs, ys, masked, levels=levels, **look)
     filled.set(edgecolor=style.ARCS[LOCKED][1], linewidth=0.0)
     panel.contour(xs, ys, masked, levels[1:], colors=style.ARROW, linewidths=width, zorder=3)
