@@ -2,41 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from mechdae.describe.coordinates import NamedCoordinate, coordinate
 from mechdae.describe.expression import evaluate, names_in
 from mechdae.describe.loads import Force, Load, Resistance, Spring, TableLoad, Torque
-from mechdae.describe.mechanism import Mechanism
 from mechdae.describe.named import TIME
-from mechdae.draw.primitives import Array
+from mechdae.draw.diagram.places import JoinedScene
 from mechdae.errors import MechdaeError
 
 if TYPE_CHECKING:
     from mechdae.results import SweepResult
 
 
-class KnownScene(Protocol):
-    """What is asked of a scene, in the plane or in space, to know loads."""
-
-    @property
-    def mechanism(self) -> Mechanism: ...
-    @property
-    def numbers(self) -> Mapping[str, float]: ...
-
-    def series(self, entry: NamedCoordinate) -> Array:
-        """Return a coordinate in all poses, (n,); nan where it is not known."""
-        ...
-
-
 STILL = 1e-9
 """A coordinate that changes less than this share of its range in a step stands still."""
 
 
-def sense(scene: KnownScene, result: SweepResult, entry: NamedCoordinate, pose: int) -> float:
+def sense(scene: JoinedScene, result: SweepResult, entry: NamedCoordinate, pose: int) -> float:
     """Return +1 or -1 as the coordinate grows or falls at a pose, 0 where that is not known.
 
     The change from pose to pose is turned into one with time by that of the driver.
@@ -63,7 +48,7 @@ def result_in_time(result: SweepResult) -> bool:
 
 
 def load_values(
-    scene: KnownScene, result: SweepResult, load: Load, pose: int
+    scene: JoinedScene, result: SweepResult, load: Load, pose: int
 ) -> tuple[float, ...] | None:
     """Return the values of a load in one pose, None where the description does not give them.
 
@@ -92,7 +77,7 @@ def load_values(
 
 
 def load_axis(
-    scene: KnownScene, result: SweepResult, load: TableLoad, pose: int
+    scene: JoinedScene, result: SweepResult, load: TableLoad, pose: int
 ) -> tuple[float, ...] | None:
     """Return the axis of a table's torque in the axes of its frame, None where it is not known."""
     names = _Known(scene, result, pose)
@@ -110,7 +95,7 @@ def acts(load: Spring, name: str) -> bool:
 class _Known:
     """Names of the description with their values in a pose."""
 
-    def __init__(self, scene: KnownScene, result: Any, pose: int) -> None:
+    def __init__(self, scene: JoinedScene, result: Any, pose: int) -> None:
         self.scene, self.result, self.pose = scene, result, pose
 
     def value(self, load: Load, name: str, axis: int | None = None) -> float:

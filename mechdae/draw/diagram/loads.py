@@ -19,7 +19,7 @@ from mechdae.describe.loads import Force, Load, Resistance, Spring, TableLoad, T
 from mechdae.describe.mechanism import GROUND
 from mechdae.draw import style
 from mechdae.draw.diagram import symbols
-from mechdae.draw.diagram.amounts import KnownScene, acts, load_values, sense
+from mechdae.draw.diagram.amounts import acts, load_values, sense
 from mechdae.draw.diagram.driver import blocked, held_by, pivot_and_arm, travel_of, turn_arrow
 from mechdae.draw.diagram.places import JoinedScene, Place, hull, within
 from mechdae.draw.diagram.scene import Array, DrawnScene, turned
@@ -122,7 +122,7 @@ def load_points(scene: DrawnScene, pose: int) -> list[Array]:
     return [scene.place(entry, pose) for entry in shown]
 
 
-def peak_force(scene: KnownScene, result: Any, poses: Sequence[int]) -> float | None:
+def peak_force(scene: JoinedScene, result: Any, poses: Sequence[int]) -> float | None:
     """Return the largest of the forces with a straight arrow that are known, in some poses."""
     sizes = []
     for load in scene.mechanism.loads.values():
@@ -149,7 +149,7 @@ def acting(scene: JoinedScene, load: Load, pose: int) -> bool:
     return all(scene.shown(body, pose) for body in bodies)
 
 
-def coordinate_of(scene: KnownScene | JoinedScene, load: object) -> NamedCoordinate:
+def coordinate_of(scene: JoinedScene | JoinedScene, load: object) -> NamedCoordinate:
     """Return the coordinate along which a load works."""
     body = getattr(load, "body", None)
     along = getattr(load, "along", None) or getattr(load, "coordinate", None)

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from math import dist
-from typing import Protocol
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mechdae.describe.joints.joint import Joint
 from mechdae.describe.mechanism import GROUND, Body, Mechanism
@@ -19,6 +18,9 @@ from mechdae.draw.diagram.scene import Array, DrawnScene
 from mechdae.draw.sheet import LineLook, Sheet, normal, unit
 from mechdae.records import dataclass
 from mechdae.types import Booleans
+
+if TYPE_CHECKING:
+    from mechdae.draw.space.spatial_scene import SpatialScene
 
 LONG = 3
 """A joint name of more letters gives way to the name of the point."""
@@ -69,39 +71,8 @@ class Place:
         return short[0] if short else min(points, key=lambda text: (len(text), points.index(text)))
 
 
-class JoinedScene(Protocol):
-    """What is asked of a scene, in the plane or in space, to find its joint places."""
-
-    @property
-    def mechanism(self) -> Mechanism: ...
-    @property
-    def numbers(self) -> Mapping[str, float]: ...
-    @property
-    def open(self) -> frozenset[str]: ...
-    @property
-    def status(self) -> tuple[str, ...]: ...
-    @property
-    def origins(self) -> Collection[str]: ...
-
-    def joints(self, pose: int) -> list[Joint]:
-        """Return the joints whose two bodies are shown."""
-        ...
-
-    def assembled(self) -> list[int]:
-        """Return the poses that are assembled."""
-        ...
-
-    def shown(self, body: str, pose: int) -> bool:
-        """Return whether the body has a placement in that pose."""
-        ...
-
-    def place(self, reference: str, pose: int) -> NDArray[np.float64]:
-        """Return the position of ``body.point`` in one pose."""
-        ...
-
-    def local(self, reference: str) -> NDArray[np.float64]:
-        """Return the coordinates of ``body.point`` in its body."""
-        ...
+JoinedScene: TypeAlias = "DrawnScene | SpatialScene"
+"""A scene in the plane or in space: both know their joint places."""
 
 
 def missing_hint(scene: JoinedScene) -> str:
@@ -306,17 +277,14 @@ def shape_of(scene: DrawnScene, name: str) -> LinkShape:
     return LinkShape("polygon", tuple(distinct[i] for i in corners), inner)
 
 
-def hull(points: Array, flat: float = 0.0) -> list[int]:
-    """Return the indices of the corners of the convex hull, counter-clockwise (monotone chain).
-
-    What spans twice the area `flat` or less with its neighbours is no corner.
-    """
+def hull(points: Array) -> list[int]:
+    """Return the indices of the corners of the convex hull, counter-clockwise (monotone chain)."""
     order = sorted(range(len(points)), key=lambda i: (points[i][0], points[i][1]))
 
     def half(indices: Iterable[int]) -> list[int]:
         chain: list[int] = []
         for i in indices:
-            while len(chain) > 1 and _turn(points, chain[-2], chain[-1], i) <= flat:
+            while len(chain) > 1 and _turn(points, chain[-2], chain[-1], i) <= 0.0:
                 chain.pop()
             chain.append(i)
         return chain[:-1]
@@ -389,7 +357,7 @@ def draw_bridges(
         others = [name for name in bodies if name != body]
         ends = [f"{name}.{end}" for name in others for end in scene.mechanism.body(name).points]
         arms = [sheet.at(scene.place(end, pose)) - center for end in ends]
-        away = -np.sum([(0.0, -1e-6), *arms], axis=0)
+        away = np.array([0.0, 1e-6]) - np.sum(arms, axis=0)
         with sheet.on(reference, turn=body):
             symbols.bridge(sheet, center, along, away, f"bridge-{reference}", style.INK)
 
