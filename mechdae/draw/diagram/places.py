@@ -277,14 +277,17 @@ def shape_of(scene: DrawnScene, name: str) -> LinkShape:
     return LinkShape("polygon", tuple(distinct[i] for i in corners), inner)
 
 
-def hull(points: Array) -> list[int]:
-    """Return the indices of the corners of the convex hull, counter-clockwise (monotone chain)."""
+def hull(points: Array, flat: float = 0.0) -> list[int]:
+    """Return the indices of the corners of the convex hull, counter-clockwise (monotone chain).
+
+    What spans twice the area `flat` or less with its neighbours is no corner.
+    """
     order = sorted(range(len(points)), key=lambda i: (points[i][0], points[i][1]))
 
     def half(indices: Iterable[int]) -> list[int]:
         chain: list[int] = []
         for i in indices:
-            while len(chain) > 1 and _turn(points, chain[-2], chain[-1], i) <= 0.0:
+            while len(chain) > 1 and _turn(points, chain[-2], chain[-1], i) <= flat:
                 chain.pop()
             chain.append(i)
         return chain[:-1]
