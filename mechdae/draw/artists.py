@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 import matplotlib as mpl
 import numpy as np
@@ -17,12 +17,11 @@ from matplotlib.path import Path
 from matplotlib.text import Text
 from matplotlib.textpath import TextPath
 from matplotlib.transforms import Affine2D
+from numpy.typing import ArrayLike
 
-from mechdae.draw.primitives import Primitive
+from mechdae.draw import style
+from mechdae.draw.primitives import Array, Primitive
 from mechdae.types import Json
-
-if TYPE_CHECKING:
-    from mechdae.draw.sheet import Sheet
 
 
 class _Shared:
@@ -80,7 +79,19 @@ class _Letters(_Text):
             gc.restore()
 
 
-def artist_of(sheet: Sheet, shape: Primitive) -> Artist:
+class ScaledSheet(Protocol):
+    """What is asked of a sheet: points to the unit, units to the metre, colours, places [m]."""
+
+    k: float
+    metre: float
+    theme: style.Theme
+
+    def back(self, position: ArrayLike) -> Array:
+        """Return positions [m] of positions on the sheet."""
+        ...
+
+
+def artist_of(sheet: ScaledSheet, shape: Primitive) -> Artist:
     """Return a primitive of a sheet for its axes, in metres."""
     data, color = sheet.back(shape.points), sheet.theme.paint(shape.color)
     look: Json = {"linewidth": shape.width * sheet.k}
