@@ -9,7 +9,7 @@ import numpy as np
 
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.mechanism import Mechanism
-from mechdae.describe.tasks.kinds import Sweep, Task
+from mechdae.describe.tasks.kinds import Driver, Sweep, Task
 from mechdae.describe.tasks.motion import Reactions
 from mechdae.errors import InputError, SolveError
 from mechdae.motion.kinematics.prepared import Run, Setting, prepare
@@ -20,6 +20,8 @@ from mechdae.tasks.solve import solve
 
 KINDS = ("sweep", "reactions", "motion")
 """Kinds of tasks with poses along a path, which exports are made of."""
+WHOLE = 361
+"""Poses of a sweep that no task has."""
 GOOD = ("ok", "limit", "ambiguous", "jammed")
 
 
@@ -66,11 +68,22 @@ class ExportedMotion:
         return setting, run
 
 
-def motion_of(problem: Problem, name: str | None) -> ExportedMotion:
-    """Return the motion of a task, by default of the first one that moves along a path."""
+def motion_of(problem: Problem, name: str | None, driven: bool = False) -> ExportedMotion:
+    """Return the motion of a task, by default of the first one that moves along a path.
+
+    With ``driven`` a motion is no default; without a sweep one is made over all that the driver of
+    another task reaches, or the only coordinate at which a motion starts.
+    """
     if name is None:
-        able = [name for name, task in problem.tasks.items() if task.kind in KINDS]
+        kinds = KINDS[:2] if driven else KINDS
+        able = [name for name, task in problem.tasks.items() if task.kind in kinds]
         able.sort(key=lambda name: _rank(problem.task(name)))
+        if not able and driven:
+            for known in problem.tasks:
+                coordinate, sketched = _coordinate(problem, problem.task(known))
+                if coordinate:
+                    made = Sweep(Driver(coordinate, range="assembled"), poses=WHOLE)
+                    return _followed(sketched, known, made)
         if not able:
             raise InputError(
                 "no task with poses along a path", where="tasks", hint="a task of kind sweep"
@@ -87,7 +100,26 @@ def motion_of(problem: Problem, name: str | None) -> ExportedMotion:
         task = replace(task, outputs=None)
         whole = problem.with_task(name, task)
         return ExportedMotion(whole, name, solve(whole, name))
-    task = replace(task, outputs=None, measures=None, derivatives=max(2, task.derivatives))
+    return _followed(problem, name, replace(task, outputs=None, measures=None))
+
+
+def _coordinate(problem: Problem, task: Any) -> tuple[str, Problem]:
+    """Return the coordinate that a task turns or alone starts at, "" for none; where it begins."""
+    driver, start = getattr(task, "driver", None), getattr(task, "start", None) or {}
+    if driver is None and len(start) != 1:
+        return "", problem
+    name = next(iter(start)) if driver is None else str(driver.coordinate)
+    mechanism = problem.mechanism
+    part, _, what = name.partition(".")
+    body = mechanism.joints[part].second_body if part in mechanism.joints else part
+    if what in ("", "angle") and {body, f"{body}.angle"} & {*mechanism.sketch}:
+        return f"{body}.angle", problem
+    sketch = {**mechanism.sketch, **start}
+    return name, replace(problem, mechanism=replace(mechanism, sketch=sketch))
+
+
+def _followed(problem: Problem, name: str, sweep: Sweep) -> ExportedMotion:
+    task = replace(sweep, derivatives=max(2, sweep.derivatives))
     whole = problem.with_task(name, task)
     setting = prepare(whole, task)
     run = followed(setting, task)

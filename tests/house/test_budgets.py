@@ -18,14 +18,14 @@ BUDGETS = {
     "forces": 4_730,
     "dynamics": 8_970,
     "design": 15_850,
-    "tasks": 2_400,
+    "tasks": 2_420,
     "cli": 1_720,
-    "parts": 29_840,  # what a page teaches by
+    "parts": 30_890,  # what a page teaches by
 }
 """Room -> most lines of its modules; some of them import what annotations name."""
 ALONE = 1106
 """Lines of the modules that stand alone: errors, docstrings, records, types, additions."""
-TOTAL = 144_100
+TOTAL = 145_200
 LONGEST = 500
 LONGER = {
     "describe/joints/spatial.py": 520,

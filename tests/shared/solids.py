@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import re
 from collections import defaultdict
+from itertools import pairwise
 
 import numpy as np
 
@@ -47,23 +48,39 @@ def sides_below(triangles: np.ndarray) -> np.ndarray:
     return np.array(list(ways))
 
 
+BAND = 8
+"""Sides for each band across a solid in which points are looked at together."""
+
+
 def inside(points: np.ndarray, sides: np.ndarray) -> np.ndarray:
-    """Return which points (n, k, 2) lie in the material between sides (m, 2, 2), even-odd."""
-    x, y = points[..., None, 0], points[..., None, 1]
+    """Return which points (..., 2) lie in the material between sides (m, 2, 2), even-odd."""
+    x, y = points[..., 0].ravel(), points[..., 1].ravel()
     (ax, ay), (bx, by) = sides[:, 0].T, sides[:, 1].T
-    with np.errstate(divide="ignore", invalid="ignore"):
-        crossed = ((ay > y) != (by > y)) & (x < (bx - ax) * (y - ay) / (by - ay) + ax)
-    return crossed.sum(axis=-1) % 2 == 1
+    edges = np.linspace(min(ay.min(), by.min()), max(ay.max(), by.max()), len(sides) // BAND + 2)
+    found = np.zeros(len(x), bool)
+    band = np.searchsorted(edges, y, side="right") - 1
+    order = np.argsort(band, kind="stable")
+    starts = np.searchsorted(band[order], np.arange(len(edges)))
+    for k, (low, high) in enumerate(pairwise(edges)):
+        rows = order[starts[k] : starts[k + 1], None]
+        near = (np.maximum(ay, by) >= low) & (np.minimum(ay, by) <= high)
+        a, b, c, d = ax[near], ay[near], bx[near], by[near]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            crossed = ((b > y[rows]) != (d > y[rows])) & (
+                x[rows] < (c - a) * (y[rows] - b) / (d - b) + a
+            )
+        found[rows[:, 0]] = crossed.sum(axis=1) % 2 == 1
+    return found.reshape(points.shape[:-1])
 
 
 class Assembly:
     """The solids of a file, and the bodies that they move with."""
 
-    def __init__(self, name: str, poses: int, **sizes: float) -> None:
-        self.problem = md.load(name)
+    def __init__(self, name: str | md.Problem, poses: int, **sizes: float) -> None:
+        self.problem = md.load(name) if isinstance(name, str) else name
         made = md.export(self.problem, format="stl", **sizes)
         self.solids, self.made = solids(made.text), made
-        whole = motion_of(self.problem, None)
+        whole = motion_of(self.problem, None, driven=True)
         self.mechanism = whole.mechanism
         parts = len(whole.result.status) - 1
         self.first = whole.first
@@ -76,13 +93,16 @@ class Assembly:
         kind, _, pin = name.partition(" ")
         joints = self.mechanism.joints
         if kind in ("pin", "spacer") and pin:
-            joint = joints.get(pin) or joints[pin.rpartition(".")[0]]
+            joint = joints.get(pin) or joints.get(pin.rpartition(".")[0])
+            if joint is None:  # a dowel: CRANK wheel.1
+                return self.body_of(pin)
             if joint.bar:
                 return joint.first, joint.second
             return joint.second_body
         if name in joints:
             return joints[name].first, joints[name].second
-        return "ground" if name.startswith("frame") else name
+        body = name if name in self.mechanism.bodies else kind
+        return "ground" if name.startswith("frame") else body
 
     def frames(self, body: tuple[str, str] | str, result, rows) -> np.ndarray:
         """Return origin and direction (n, 2, 2) that move with a body [mm]."""

@@ -164,7 +164,8 @@ def export(
         Numbers to change, as of `md.solve`.
     **options
         ``pose`` of a drawing, from 0; ``tolerance`` of the polynomials of a URDF; of parts
-        ``width``, ``thickness``, ``pin`` (diameter), ``clearance``, ``air`` and ``kerf`` [m].
+        ``width``, ``thickness``, ``pin`` (diameter), ``clearance``, ``air``, ``module``,
+        ``backlash`` and ``kerf`` [m], ``teeth`` of the smallest wheel.
 
     Returns
     -------
@@ -187,7 +188,9 @@ def export(
     '<?xml version="1.0"?>'
     """
     check_format(format)
-    cut = ("width", "thickness", "pin", "clearance", "air", "kerf")
+    cut = (
+        "width", "thickness", "pin", "clearance", "air", "module", "teeth", "backlash", "kerf",
+    )  # fmt: skip
     known = {
         "dxf": ("pose",), "urdf": ("tolerance",), "svg-cut": cut,
         **dict.fromkeys(("step", "stl"), cut[:-1]),
@@ -199,7 +202,7 @@ def export(
             )
     whole, named = given(problem, task, set)
     write = FORMATS[format].load()
-    return Exported(format, write(motion_of(whole, named), **options))
+    return Exported(format, write(motion_of(whole, named, "thickness" in known), **options))
 
 
 ENDINGS = (".dxf", ".asmt")

@@ -14,6 +14,8 @@ PARTS = {
     "pin": "diameter of pins",
     "clearance": "of pins in their holes, radial",
     "air": "least gap of parts in one layer",
+    "module": "of teeth whose number the file leaves open",
+    "backlash": "of teeth, along the pitch circle, of joints without one",
     "kerf": "width of the cut (svg-cut)",
 }
 METRES = {"mm": 1e-3, "cm": 1e-2, "m": 1.0, "in": 0.0254}
@@ -49,6 +51,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     )
     for name, about in PARTS.items():
         parts.add_argument(f"--{name}", metavar="L", help=about)
+    parts.add_argument("--teeth", type=int, metavar="N", help="of the smallest wheel, likewise")
 
 
 def run(options: argparse.Namespace) -> int:
@@ -57,7 +60,7 @@ def run(options: argparse.Namespace) -> int:
 
     check_format(options.format)
     places(options.out, {"": ""}, options.overwrite)
-    values = {"pose": options.pose, "tolerance": options.tolerance}
+    values = {"pose": options.pose, "tolerance": options.tolerance, "teeth": options.teeth}
     values |= {name: _metres(name, getattr(options, name)) for name in PARTS}
     given = {name: value for name, value in values.items() if value is not None}
     made = export(problem_of(options), options.task, format=options.format, **given)

@@ -41,7 +41,8 @@ OFF = 1e-6
 class PlateShape:
     """Circles of radius `radius` around corners of a body and all between them.
 
-    ``corners`` (k, 2) are from the reference point, in the frame of the body.
+    ``corners`` (k, 2) are from the reference point, in the frame of the body. Of a ring there is
+    nothing within ``free`` of its centre, the only corner.
     """
 
     name: str
@@ -50,6 +51,7 @@ class PlateShape:
     corners: Points
     radius: float
     end: str | None = None
+    free: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -242,30 +244,38 @@ def meetings(
 
 def _gaps(motions: Motions, one: PlateShape, other: PlateShape, y: Floats) -> Floats:
     a, b = motions.corners(one, y), motions.corners(other, y)
-    return distances(a, b) - one.radius - other.radius
+    found = distances(a, b) - one.radius - other.radius
+    for ring, centre, shape, corners in ((one, a, other, b), (other, b, one, a)):
+        if ring.free:
+            far = np.hypot(*(corners - centre).transpose(2, 0, 1)).max(axis=1)
+            found = np.maximum(found, ring.free - far - shape.radius)
+    return found
 
 
 def shapes_of(motions: Motions, kit: Kit) -> tuple[dict[str, PlateShape], dict[str, PlateShape]]:
     """Return the shapes of plates that move, and of pins with their spacers, by name."""
-    half = kit.sizes.width / 2
-    plates = {name: _shape(motions, kit.plates[name], half) for name in kit.moving}
+    width = kit.sizes.width
+    plates = {name: _shape(motions, kit.plates[name], width) for name in kit.moving}
     pins = {}
     for name, pin in kit.pins.items():
         plate = kit.plates[pin.plates[1]]
-        whole = _shape(motions, plate, half)
+        whole = _shape(motions, plate, width)
         corners = (plate.holes[name] - _reference(motions, plate))[None]
         radius = RING * kit.sizes.pin / 2
         pins[name] = PlateShape(name, whole.body, whole.reference, corners, radius, whole.end)
     return plates, pins
 
 
-def _shape(motions: Motions, plate: Plate, radius: float) -> PlateShape:
+def _shape(motions: Motions, plate: Plate, width: float) -> PlateShape:
+    radius = plate.outline(width).radius
     if plate.body is None:
         assert plate.ends is not None
         first, second = plate.ends
         return PlateShape(plate.name, None, first, plate.corners, radius, second)
     corners = plate.corners - _reference(motions, plate)
-    return PlateShape(plate.name, plate.body, _point_of(motions, plate.body), corners, radius)
+    free = plate.teeth.low if plate.teeth and plate.teeth.inside else 0.0
+    place = _point_of(motions, plate.body)
+    return PlateShape(plate.name, plate.body, place, corners, radius, None, free)
 
 
 def _point_of(motions: Motions, body: str) -> str:
@@ -286,8 +296,9 @@ def _reference(motions: Motions, plate: Plate) -> Floats:
 def all_pairs(
     kit: Kit, plates: dict[str, PlateShape], pins: dict[str, PlateShape]
 ) -> tuple[list[tuple[PlateShape, PlateShape]], list[tuple[PlateShape, PlateShape]]]:
-    """Return the pairs of plates without a common pin, and those of plates and others' pins."""
+    """Return pairs of plates without a common pin or teeth, those of plates and others' pins."""
     joined = {frozenset(pin.plates) for pin in kit.pins.values()}
+    joined |= {frozenset(mesh[:2]) for mesh in kit.meshes}
     names = kit.moving
     apart = [
         (plates[a], plates[b]) for a, b in combinations(names, 2) if frozenset((a, b)) not in joined
@@ -336,11 +347,19 @@ def stacked(motions: Motions, kit: Kit) -> Stack:
     plates, pins = shapes_of(motions, kit)
     apart, over = all_pairs(kit, plates, pins)
     met = meetings(motions, [*apart, *over], kit.sizes.air)
-    names = list(kit.moving)
-    crossed = frozenset(frozenset((m.one, m.other)) for m in met if m.other in plates)
-    passed = frozenset((m.one, m.other) for m in met if m.other in pins)
-    pairs = {pin.name: pin.plates for pin in kit.pins.values()}
-    found = fewest_layers(pairs, {}, LinksCrossing(tuple(names), crossed, passed))
+    train = kit.trains()
+    crossed = frozenset(frozenset((train[m.one], train[m.other])) for m in met if m.other in plates)
+    passed = frozenset((train[m.one], m.other) for m in met if m.other in pins)
+    pairs = {pin.name: (train[pin.plates[0]], train[pin.plates[1]]) for pin in kit.pins.values()}
+    for meeting in met:
+        if meeting.other in plates and train[meeting.one] == train[meeting.other]:
+            raise UnavailableError(
+                f"{meeting.one} and {meeting.other} meet in the layer of their teeth",
+                where="bodies",
+                hint=f"gap {meeting.gap * 1e3:.4g} mm at {meeting.at:.6g}",
+            )
+    names = tuple(dict.fromkeys(train[name] for name in kit.moving))
+    found = fewest_layers(pairs, {}, LinksCrossing(names, crossed, passed))
     if isinstance(found, str):
         worst = next((m for m in met if m.other in pins), None)
         hint = f"{worst.one} passes over {worst.other}" if worst else ""
@@ -349,7 +368,8 @@ def stacked(motions: Motions, kit: Kit) -> Stack:
 
 
 def _stack(kit: Kit, found: Layers, met: list[Meeting]) -> Stack:
-    layers = {name: low for name, (low, _) in found.spans.items()}
+    train = kit.trains()
+    layers = {name: found.spans[train[name]][0] for name in kit.moving}
     top = max(layers.values())
     shafts: dict[str, tuple[int, int]] = {}
     spacers: dict[str, list[int]] = {}

@@ -11,6 +11,7 @@ from mechdae.describe import GROUND
 from mechdae.draw.triangles import triangles
 from mechdae.errors import UnavailableError
 from mechdae.parts.exchange.workshop.apart import Motions, Stack, stacked
+from mechdae.parts.exchange.workshop.outlines import Bend, Loop, turned
 from mechdae.parts.exchange.workshop.plates import (
     RING,
     Kit,
@@ -20,72 +21,11 @@ from mechdae.parts.exchange.workshop.plates import (
     hull,
     kit_of,
 )
+from mechdae.parts.exchange.workshop.teeth import ToothedLoop
 from mechdae.tasks import ExportedMotion
 from mechdae.types import Floats, Integers, Points
 
-STEP = np.pi / 24
-"""Largest turn of a side of polygons that stand for circles."""
-
-
-@dataclass(frozen=True)
-class Loop:
-    """The convex hull of circles of one radius around corners, counterclockwise.
-
-    One corner is a circle, two are a slot or a bar with round ends.
-    """
-
-    corners: Points
-    radius: float
-
-    def grown(self, by: float) -> Loop:
-        return Loop(self.corners, self.radius + by)
-
-    @property
-    def area(self) -> float:
-        """Area of the polygon of corners, of the sides and of the circle."""
-        x, y = self.corners.T
-        nx, ny = np.roll(x, -1), np.roll(y, -1)
-        inside = float(np.sum(x * ny - nx * y)) / 2 if len(x) > 2 else 0.0
-        around = float(np.sum(np.hypot(nx - x, ny - y))) if len(x) > 1 else 0.0
-        return inside + around * self.radius + np.pi * self.radius**2
-
-    def arcs(self) -> list[tuple[Floats, Floats, Floats]]:
-        """Return begin, end and middle of each arc; straight sides lead from one to the next."""
-        count = len(self.corners)
-        if count == 1:
-            side = np.array([self.radius, 0.0])
-            here = self.corners[0]
-            return [(here - side, here + side, here), (here + side, here - side, here)]
-        found = []
-        for k, corner in enumerate(self.corners):
-            before = corner - self.corners[k - 1]
-            after = self.corners[(k + 1) % count] - corner
-            one, other = (
-                self.radius * np.array([way[1], -way[0]]) / np.hypot(*way)
-                for way in (before, after)
-            )
-            found.append((corner + one, corner + other, corner))
-        return found
-
-    def polygon(self, side: float = np.inf) -> Points:
-        """Return points on the outline (n, 2), counterclockwise, at most `STEP` apart in turn.
-
-        Straight sides have points at most `side` apart.
-        """
-        points: list[Floats] = []
-        arcs = self.arcs()
-        for (begin, end, middle), (after, _, _) in zip(arcs, arcs[1:] + arcs[:1], strict=True):
-            a = float(np.arctan2(*(begin - middle)[::-1]))
-            b = float(np.arctan2(*(end - middle)[::-1]))
-            turn = (b - a) % (2 * np.pi)
-            steps = max(1, int(np.ceil(turn / STEP - 1e-9)))
-            angles = a + turn * np.arange(steps) / steps
-            points += [middle + self.radius * np.array([np.cos(t), np.sin(t)]) for t in angles]
-            far = float(np.hypot(*(after - end)))
-            if len(arcs) > 1 and far > 0:
-                count = max(1, int(np.ceil(far / side)))
-                points += [end + (after - end) * k / count for k in range(count)]
-        return np.array(points)
+Shape = Loop | ToothedLoop
 
 
 @dataclass(frozen=True)
@@ -93,31 +33,28 @@ class CutPart:
     """What is cut: an outline with holes, how many of it, and where it belongs."""
 
     name: str
-    outline: Loop
-    holes: list[Loop] = field(default_factory=list)
+    outline: Shape
+    holes: list[Shape] = field(default_factory=list)
     count: int = 1
     note: str = ""
-
-    @property
-    def area(self) -> float:
-        """Area without the holes."""
-        return self.outline.area - sum(hole.area for hole in self.holes)
 
 
 def part_of(plate: Plate, kit: Kit, only: set[str] | None = None, name: str = "") -> CutPart:
     """Return a plate as a part, `only` with the holes of some pins."""
-    sizes = kit.sizes
-    holes = [
+    width = kit.sizes.width
+    holes: list[Shape] = [
         Loop(place[None], kit.hole(pin))
         for pin, place in plate.holes.items()
         if only is None or pin in only
     ]
     holes += [Loop(hull(ends), kit.hole(name)) for name, ends in plate.slots.items()]
-    distinct: list[Loop] = []
+    distinct: list[Shape] = []
     for hole in holes:  # several pins at one place are one hole
         if not any(np.array_equal(hole.corners, known.corners) for known in distinct):
             distinct.append(hole)
-    return CutPart(name or plate.name, Loop(plate.corners, sizes.width / 2), distinct)
+    if plate.teeth and plate.teeth.inside:
+        distinct.append(ToothedLoop(plate.teeth))
+    return CutPart(name or plate.name, plate.outline(width), distinct)
 
 
 def ring(kit: Kit) -> CutPart:
@@ -200,7 +137,9 @@ def listed(kit: Kit, stack: Stack) -> str:
     sizes = kit.sizes
     t = sizes.thickness * MM
     rows = ["part,count,layer,thickness_mm,note"]
-    rows += [f"{name},1,{stack.layers[name]},{t:.6g}," for name in kit.moving]
+    for name in kit.moving:
+        teeth = kit.plates[name].teeth
+        rows.append(f"{name},1,{stack.layers[name]},{t:.6g},{teeth.note if teeth else ''}")
     rows += [f"{part.name},1,{layer},{t:.6g}," for part, layer in frames(kit, stack)]
     count = sum(map(len, stack.spacers.values()))
     if count:
@@ -209,11 +148,18 @@ def listed(kit: Kit, stack: Stack) -> str:
     for name, (low, high) in stack.pins.items():
         length = (high - low + 1) * t
         text = f"diameter {sizes.pin * MM:.6g} mm; length {length:.6g} mm; layers {low} to {high}"
-        rows.append(f"pin {name},1,,,{text}")
+        tight = f"; pressed in: holds {kit.dowels[name][0]}" if name in kit.dowels else ""
+        rows.append(f"pin {name},1,,,{text}{tight}")
     rows.append(
         f"sizes,,,,width {sizes.width * MM:.6g} mm; clearance {sizes.clearance * MM:.6g} mm; "
         f"air {sizes.air * MM:.6g} mm; kerf {sizes.kerf * MM:.6g} mm"
     )
+    for one, mate, mesh in kit.meshes:
+        rows.append(
+            f"mesh,,,,{one} and {mate} ({mesh.joint}): contact ratio {mesh.ratio:.3f}; "
+            f"backlash {mesh.backlash * MM:.4g} mm; teeth {max(mesh.bound, 0.0) * MM:.3g} mm apart "
+            "at least"
+        )
     for met in stack.meetings:
         gap = f"{met.gap * MM:.4g} mm" if np.isfinite(met.gap) else "no gap proved"
         rows.append(f"apart,,,,{met.one} and {met.other}: {gap} at {met.at:.6g}; other layers")
@@ -223,25 +169,23 @@ def listed(kit: Kit, stack: Stack) -> str:
 # -- the sheet -----------------------------------------------------------------------------
 
 
-def _turned(part: CutPart) -> tuple[Loop, list[Loop]]:
+def _turned(part: CutPart) -> tuple[Shape, list[Shape]]:
     """Return outline and holes with the longest side level and the least corner at the origin."""
     corners = part.outline.corners
+    turn = 0.0
     if len(corners) > 1:
         sides = np.roll(corners, -1, axis=0) - corners
         way = sides[int(np.argmax(np.hypot(*sides.T)))]
-        cos, sin = way / np.hypot(*way)
-        turn = np.array([[cos, sin], [-sin, cos]])
-    else:
-        turn = np.eye(2)
-    inside = corners @ turn.T
-    shift = part.outline.radius - inside.min(axis=0)
-    loops = [Loop(loop.corners @ turn.T + shift, loop.radius) for loop in part.holes]
-    return Loop(inside + shift, part.outline.radius), loops
+        turn = -float(np.arctan2(way[1], way[0]))
+    outline = part.outline.moved(turn, np.zeros(2))
+    shift = outline.radius - outline.corners.min(axis=0)
+    loops = [loop.moved(turn, shift) for loop in part.holes]
+    return outline.moved(0.0, shift), loops
 
 
 def _placed(
     parts: list[CutPart], kit: Kit
-) -> tuple[list[tuple[CutPart, Loop, list[Loop]]], Floats]:
+) -> tuple[list[tuple[CutPart, Shape, list[Shape]]], Floats]:
     """Return the parts side by side in rows, and the size of the sheet [m]."""
     space = SPACE * kit.sizes.width
     each = [(part, *_turned(part)) for part in parts for _ in range(part.count)]
@@ -255,8 +199,7 @@ def _placed(
         if x > space and x + spans[k][0] > limit + space:
             x, y, height = space, y + height + space, 0.0
         shift = np.array([x, y])
-        moved = [Loop(hole.corners + shift, hole.radius) for hole in holes]
-        found.append((part, Loop(loop.corners + shift, loop.radius), moved))
+        found.append((part, loop.moved(0.0, shift), [hole.moved(0.0, shift) for hole in holes]))
         x, height = x + spans[k][0] + space, max(height, spans[k][1])
         wide = max(wide, x)
     return found, np.array([wide, y + height + space])
@@ -289,8 +232,9 @@ def _sheet(motion: ExportedMotion, parts: list[CutPart], kit: Kit) -> str:
     return "\n".join([*lines, "</g>", "</svg>"]) + "\n"
 
 
-def _free(outline: Loop, holes: list[Loop], count: int, size: float) -> tuple[Floats, float]:
+def _free(outline: Shape, holes: list[Shape], count: int, size: float) -> tuple[Floats, float]:
     """Return the middle and the height of a name of `count` letters that meets no hole."""
+    core = outline.core()
     low = outline.corners.min(axis=0) - outline.radius
     high = outline.corners.max(axis=0) + outline.radius
     grid: Points = np.stack(np.meshgrid(*np.linspace(low, high, 41).T), -1).reshape(-1, 2)
@@ -304,7 +248,7 @@ def _free(outline: Loop, holes: list[Loop], count: int, size: float) -> tuple[Fl
             every = np.broadcast_to(corners, (len(places), *corners.shape))
             return distances(places, every).reshape(len(grid), -1)
 
-        gaps = [outline.radius - far(outline.corners).max(axis=1)]
+        gaps = [core.radius - far(core.corners).max(axis=1)]
         gaps += [far(hole.corners).min(axis=1) - hole.radius for hole in holes]
         room = np.minimum(np.min(gaps, axis=0), size / 4)
         off = np.hypot(*(grid - (low + high) / 2).T)
@@ -315,16 +259,22 @@ def _free(outline: Loop, holes: list[Loop], count: int, size: float) -> tuple[Fl
     return best, size
 
 
-def _path(loop: Loop, height: float) -> str:
+def _path(loop: Shape, height: float) -> str:
     """Return a loop as the path of an SVG [mm], whose y leads down."""
-    r = loop.radius * MM
-    words = []
-    for k, (begin, end, middle) in enumerate(loop.arcs()):
-        a, b = (np.array([p[0] * MM, height - p[1] * MM]) for p in (begin, end))
-        first = np.arctan2(*(begin - middle)[::-1])
-        turn = (np.arctan2(*(end - middle)[::-1]) - first) % (2 * np.pi)
-        words.append(f"{'L' if k else 'M'}{a[0]:.4f} {a[1]:.4f}")
-        words.append(f"A{r:.4f} {r:.4f} 0 {int(turn > np.pi)} 0 {b[0]:.4f} {b[1]:.4f}")
+    words: list[str] = []
+    end = ""
+    for k, side in enumerate(loop.sides()):
+        points = [f"{p[0] * MM:.4f} {height - p[1] * MM:.4f}" for p in side]
+        if points[0] != end:
+            words.append(f"{'L' if k else 'M'}{points[0]}")
+        if isinstance(side, Bend):
+            words.append("C" + " ".join(points[1:]))
+            end = points[3]
+            continue
+        end = points[1]
+        if side.radius > 0:
+            r = side.radius * MM
+            words.append(f"A{r:.4f} {r:.4f} 0 {int(side.turn > np.pi)} 0 {end}")
     return "".join(words) + "Z"
 
 
@@ -334,7 +284,7 @@ def _path(loop: Loop, height: float) -> str:
 def _triangles(part: CutPart) -> tuple[Points, Integers, list[Points]]:
     """Return points, triangles (m, 3) and the loops of a part, the outline first."""
     outlines = (part.outline, *part.holes)
-    side = 2 * min(loop.radius for loop in outlines)
+    side = 2 * min(loop.radius for loop in outlines if loop.radius)
     for k in range(FINER):
         polygons = [loop.polygon(side / 2**k) for loop in outlines]
         loops = [loop[::-1] if j else loop for j, loop in enumerate(polygons)]
@@ -347,8 +297,7 @@ def _triangles(part: CutPart) -> tuple[Points, Integers, list[Points]]:
 def solid(name: str, part: CutPart, place: Floats, turn: float, low: float, high: float) -> str:
     """Return a part between two heights as a solid of an STL file, millimetres."""
     points, faces, loops = _triangles(part)
-    cos, sin = np.cos(turn), np.sin(turn)
-    flat = (points @ np.array([[cos, sin], [-sin, cos]]) + place) * MM
+    flat = (points @ turned(turn).T + place) * MM
     bottom = np.hstack([flat, np.full((len(flat), 1), low * MM)])
     top = np.hstack([flat, np.full((len(flat), 1), high * MM)])
     found = [*top[faces], *bottom[faces[:, ::-1]]]
@@ -407,8 +356,7 @@ def _placed_parts(
     for name, (low, high) in stack.pins.items():
         plate = kit.plates[kit.pins[name].plates[1]]
         place, turn = frame.get(plate.name, (np.zeros(2), 0.0))
-        cos, sin = np.cos(turn), np.sin(turn)
-        here = place + np.array([[cos, -sin], [sin, cos]]) @ plate.holes[name]
+        here = place + turned(turn) @ plate.holes[name]
         pin = CutPart(f"pin {name}", Loop(np.zeros((1, 2)), kit.sizes.pin / 2))
         found.append(PlacedPart(pin.name, pin, here, 0.0, low * t, (high + 1) * t))
         for layer in stack.spacers.get(name, ()):

@@ -11,6 +11,10 @@ import numpy as np
 from mechdae.describe import GROUND, Joint
 from mechdae.draw.diagram.places import hull as corners_of
 from mechdae.errors import InputError, UnavailableError
+from mechdae.parts.exchange.workshop.bodies import Rigid
+from mechdae.parts.exchange.workshop.gearing import Gearing, Wheel, WheelPair, gearing_of
+from mechdae.parts.exchange.workshop.outlines import Loop, turned
+from mechdae.parts.exchange.workshop.teeth import Teeth, ToothedLoop
 from mechdae.tasks import ExportedMotion
 from mechdae.types import Booleans, Floats, Points
 
@@ -69,10 +73,18 @@ BROAD = 2.6
 """Width of plates where none is given, in diameters of pins."""
 WALL = 1.15
 """Width of a plate at least, in diameters of its holes."""
+SAME = 1e-6
+"""Distance of two holes that are one, in diameters of pins."""
 IN_LINE = 1e-12
 """Area of a triangle of three points in line, over the square of the size of all."""
 RING = 1.8
 """Outer diameter of spacers, in diameters of pins."""
+HUB = 0.5
+"""Diameter of pins at most, where none is given, as a share of the least root circle's radius."""
+DOWELS = 12
+"""Directions of the two dowels of a wheel that are tried."""
+UNLIKE, ARMS = (0.0, 1.95, 4.1), np.array([1.0, 1.12])
+"""Angles of a ring's dowels, arms of a wheel's: unlike, so that it fits in one way only."""
 
 
 @dataclass(frozen=True)
@@ -124,6 +136,8 @@ class Plate:
         Guides in it: name -> both ends of the middle line.
     ends
         Of a bar: its two points, as references.
+    teeth
+        Of a wheel, a ring or a rack.
     """
 
     name: str
@@ -132,6 +146,15 @@ class Plate:
     holes: dict[str, Floats] = field(default_factory=dict)
     slots: dict[str, Points] = field(default_factory=dict)
     ends: tuple[str, str] | None = None
+    teeth: Teeth | None = None
+
+    def outline(self, width: float) -> Loop | ToothedLoop:
+        """Return its outline, for plates of a width."""
+        if self.teeth is None:
+            return Loop(self.corners, width / 2)
+        if self.teeth.inside:
+            return Loop(self.corners, self.teeth.high + width)
+        return ToothedLoop(self.teeth, width)
 
     def add(self, *places: Floats) -> None:
         """Make the plate large enough for circles around places."""
@@ -155,9 +178,15 @@ class Kit:
     sizes: PartSizes
     clearances: dict[str, float] = field(default_factory=dict)
     """Of joints that the file gives one."""
+    dowels: dict[str, tuple[str, str]] = field(default_factory=dict)
+    """Pins that hold a wheel to the plate of its body, without clearance."""
+    meshes: list[tuple[str, str, WheelPair]] = field(default_factory=list)
+    """Plates whose teeth mesh."""
 
     def hole(self, pin: str) -> float:
         """Return the radius of a hole or slot: with the clearance of its joint where it has one."""
+        if pin in self.dowels:
+            return self.sizes.pin / 2
         joint = pin if pin in self.clearances else pin.rpartition(".")[0]
         return self.sizes.pin / 2 + self.clearances.get(joint, self.sizes.clearance)
 
@@ -165,6 +194,14 @@ class Kit:
     def moving(self) -> list[str]:
         """Names of the plates that move."""
         return [name for name in self.plates if name != GROUND]
+
+    def trains(self) -> dict[str, str]:
+        """Return for each plate the one that stands for all in its layer: those of a gear train."""
+        found = {name: name for name in self.plates}
+        for one, other, _ in self.meshes:
+            into, gone = found[one], found[other]
+            found = {name: into if at == gone else at for name, at in found.items()}
+        return found
 
     @cached_property
     def shafts(self) -> list[list[str]]:
@@ -211,53 +248,135 @@ def kit_of(motion: ExportedMotion, given: dict[str, float]) -> Kit:
     if mechanism.dimension != 2:
         raise UnavailableError("parts are made of mechanisms of the plane", where="mechanism")
     for name, joint in mechanism.joints.items():
-        if not (joint.hinge or joint.straight or joint.bar) or joint.wheels:
+        welded = joint.coincide and joint.keeps_angle
+        moves = joint.hinge or joint.straight or joint.bar or joint.wheels
+        if joint.rim or not (moves or welded):
             raise UnavailableError(
                 f"no parts are made of joints of kind {joint.kind}",
                 where=f"joints.{name}",
-                hint="revolute, prismatic, pin-in-slot and distance",
+                hint="revolute, prismatic, pin-in-slot, distance, weld, gear and rack",
             )
-    values = mechanism.values()
-
-    def local(reference: str) -> Floats:
-        return np.array([values[f"{reference}.{axis}"] for axis in "xy"])
-
-    sizes = _sizes(motion, given)
+    values, rigid = mechanism.values(), Rigid(motion)
+    gearing = gearing_of(motion, rigid, given)
+    sizes = _sizes(motion, rigid, gearing, given)
     used = {end for joint in mechanism.joints.values() for end in (joint.first, joint.second)}
-    plates = {}
+    places: dict[str, list[Floats]] = {}
     for body in (GROUND, *mechanism.bodies):
         references = [f"{body}.{point}" for point in mechanism.body(body).points]
-        places = [local(r) for r in references if body != GROUND or r in used]
-        plates[body] = Plate(body, body, hull(np.array(places).reshape(-1, 2)))
+        at = places.setdefault(rigid.root(body), [])
+        at += [rigid.local(r) for r in references if body != GROUND or r in used]
+    plates = {b: Plate(b, b, hull(np.array(p).reshape(-1, 2))) for b, p in places.items()}
     pins: dict[str, KitPin] = {}
     for name, joint in mechanism.joints.items():
-        first, second = plates[joint.first_body], plates[joint.second_body]
+        first, second = (plates[rigid.root(b)] for b in (joint.first_body, joint.second_body))
         if joint.hinge:
             pins[name] = KitPin(name, (first.name, second.name))
-            first.holes[name], second.holes[name] = local(joint.first), local(joint.second)
+            first.holes[name], second.holes[name] = map(rigid.local, (joint.first, joint.second))
         elif joint.bar:
             bar = Plate(name, None, np.zeros((0, 2)), ends=(joint.first, joint.second))
             length = values[f"{name}.length"]
             for k, (plate, reference) in enumerate(((first, joint.first), (second, joint.second))):
                 pin, here = f"{name}.{k + 1}", np.array([k * length, 0.0])
                 pins[pin] = KitPin(pin, (plate.name, name))
-                plate.holes[pin], bar.holes[pin] = local(reference), here
+                plate.holes[pin], bar.holes[pin] = rigid.local(reference), here
                 bar.add(here)
             plates[name] = bar
-        else:
-            _guide(motion, name, joint, plates, pins, sizes)
+        elif joint.straight:
+            _guide(rigid, name, joint, plates, pins, sizes)
     given_by_file = {
         name: values[f"{name}.clearance"]
         for name in mechanism.joints
         if f"{name}.clearance" in values
     }
+    for plate in plates.values():
+        for pin, place in plate.holes.items():  # what is one place but for rounding is one
+            near = (p for p in plate.holes.values() if np.hypot(*(p - place)) <= SAME * sizes.pin)
+            plate.holes[pin] = next(near)
     made = Kit(plates, pins, sizes, given_by_file)
+    names = {wheel: _wheel(wheel, gearing, made) for wheel in gearing.wheels}
+    made.meshes.extend((names[m.one], names[m.mate], m) for m in gearing.meshes)
     _check(made)
     return made
 
 
+def _wheel(wheel: Wheel, gearing: Gearing, kit: Kit) -> str:
+    """Give the plate of a body teeth, or lay a wheel of its own on it; return its name."""
+    base, teeth, sizes = kit.plates[wheel.body], wheel.teeth, kit.sizes
+    alone = sum(other.body == wheel.body for other in gearing.wheels) == 1
+    turning = not (teeth.inside or teeth.straight)
+    pins = np.array([*base.holes.values()] or [wheel.place]) - wheel.place
+    fits = bool(
+        np.hypot(*pins.T).max() + sizes.width / 2 <= teeth.low
+        and np.hypot(*(base.corners - wheel.place).T).max() <= (1 + SAME) * wheel.radius
+    )
+    if fits and alone and turning and base.name != GROUND and not base.slots:
+        base.teeth, base.corners = teeth, wheel.place[None]
+        return base.name
+    kind = "rack" if teeth.straight else "ring" if teeth.inside else "wheel"
+    body = "frame" if base.name == GROUND else base.name
+    same = sum(name.startswith(f"{body} {kind}") for name in kit.plates)
+    name = f"{body} {kind}{f' {same + 1}' if same else ''}"
+    plate = kit.plates[name] = Plate(name, base.body, teeth.frame(sizes.width), teeth=teeth)
+    if turning:
+        for pin, place in list(base.holes.items()):
+            if np.hypot(*(place - wheel.place)) <= SAME * sizes.pin:
+                kit.pins[f"{pin}.{name}"] = KitPin(f"{pin}.{name}", (name, base.name))
+                plate.holes[f"{pin}.{name}"] = base.holes[f"{pin}.{name}"] = place
+    for k, place in enumerate(_dowels(base, teeth, kit)):
+        pin = f"{name}.{k + 1}"
+        kit.pins[pin] = KitPin(pin, (name, base.name))
+        kit.dowels[pin] = name, base.name
+        plate.holes[pin] = base.holes[pin] = place
+        base.add(place)
+    return name
+
+
+def _dowels(base: Plate, teeth: Teeth, kit: Kit) -> list[Floats]:
+    """Return where the dowels of a wheel, a ring or a rack are, as far from holes as can be."""
+    sizes = kit.sizes
+    hole = max((kit.hole(pin) for pin in base.holes), default=sizes.hole)
+    far = 1.05 * WALL * 2 * hole
+    room = ARMS[1] * far + WALL * sizes.pin / 2
+    shares = np.arange(DOWELS) / DOWELS
+    if teeth.straight:
+        half = teeth.count * teeth.pitch / 2 - sizes.width / 2
+        places = [np.array([[s - 1, 0.0], [1 - s, 0.0]]) * half for s in 0.9 * shares]
+        depth = np.array([0.0, teeth.bottom - sizes.width / 2])
+        places = [at + depth for at in places]
+        first = teeth.phase
+    elif teeth.inside:
+        rim = teeth.high + sizes.width / 2
+        places = [rim * _directions(UNLIKE, np.pi / 2 + 2 * np.pi / 3 * s) for s in shares]
+        first = 0.0
+    elif room > teeth.low:
+        raise InputError(
+            f"a wheel of {base.name} with {teeth.count} teeth has no room for two dowels of "
+            f"{sizes.pin * 1e3:.4g} mm within {teeth.low * 1e3:.4g} mm",
+            where="pin",
+            hint=f"--pin below {sizes.pin / room * teeth.low * 1e3:.4g} mm",
+        )
+    else:
+        arm = max(far, min(0.5 * teeth.low, 2 * far))
+        places = [arm * ARMS[:, None] * _directions((0.0, np.pi), np.pi * s) for s in shares]
+        first = 0.0
+    others = [place[None] for place in base.holes.values()] + list(base.slots.values())
+    best: tuple[float, Points] = (-1.0, np.zeros((0, 2)))
+    for at in places:
+        here = teeth.place + at @ turned(first).T
+        away = [float(distances(p[None, None], other[None])[0]) for p in here for other in others]
+        nearest = min([*away, far])
+        if nearest > best[0] * (1 + SAME):
+            best = nearest, here
+    return list(best[1])
+
+
+def _directions(angles: tuple[float, ...], first: float) -> Points:
+    """Return directions at angles from a first one, (n, 2)."""
+    return np.array([(np.cos(first + angle), np.sin(first + angle)) for angle in angles])
+
+
 def _guide(
-    motion: ExportedMotion,
+    rigid: Rigid,
     name: str,
     joint: Joint,
     plates: dict[str, Plate],
@@ -265,25 +384,21 @@ def _guide(
     sizes: PartSizes,
 ) -> None:
     """Add a slot in the first link and the pins of the second one that slide in it."""
-    values = motion.mechanism.values()
-    first, second = plates[joint.first_body], plates[joint.second_body]
-    angle = values[f"{name}.axis"]
+    first, second = (plates[rigid.root(b)] for b in (joint.first_body, joint.second_body))
+    angle = rigid.values[f"{name}.axis"] + rigid.turn(joint.first_body)
     along = np.array([np.cos(angle), np.sin(angle)])
-    turns = [_angle(motion, body) for body in joint.bodies]
-    way = _place(motion, joint.second) - _place(motion, joint.first)
-    cos, sin = np.cos(turns[0]), np.sin(turns[0])
-    inside = np.stack([cos * way[:, 0] + sin * way[:, 1], cos * way[:, 1] - sin * way[:, 0]], 1)
-    inside = inside[motion.rows] + [values[f"{joint.first}.{axis}"] for axis in "xy"]
+    turns = [float(rigid.angle(plate.name)[0]) for plate in (first, second)]
+    inside = rigid.seen(joint.second, joint.first)
     slide = inside @ along
     across = np.array([-along[1], along[0]])
     line = across * float(np.mean(inside @ across))
-    middle = np.array([values[f"{joint.second}.{axis}"] for axis in "xy"])
+    middle = rigid.local(joint.second)
     half = sizes.width / 2 if joint.keeps_angle else 0.0
-    turned = angle + float((turns[0] - turns[1])[motion.rows[0]])
+    way = angle + turns[0] - turns[1]
     for k, side in enumerate((-1, 1) if joint.keeps_angle else (0,)):
         pin = f"{name}.{k + 1}" if joint.keeps_angle else name
         pins[pin] = KitPin(pin, (first.name, second.name))
-        here = middle + side * half * np.array([np.cos(turned), np.sin(turned)])
+        here = middle + side * half * np.array([np.cos(way), np.sin(way)])
         second.holes[pin] = here
         second.add(here)
     rest = half + sizes.pin / 2 + float(np.ptp(slide)) / max(len(slide) - 1, 1)
@@ -292,31 +407,20 @@ def _guide(
     first.add(*ends)
 
 
-def _angle(motion: ExportedMotion, body: str) -> Floats:
-    if body == GROUND:
-        return np.zeros(len(motion.result))
-    return np.asarray(motion.result.bodies[body].angle, float)
-
-
-def _place(motion: ExportedMotion, reference: str) -> Points:
-    body, _, _ = reference.partition(".")
-    if body != GROUND:
-        return np.asarray(motion.result.points[reference].position, float)
-    values = motion.mechanism.values()
-    here = [values[f"{reference}.{axis}"] for axis in "xy"]
-    return np.tile(here, (len(motion.result), 1))
-
-
-def _sizes(motion: ExportedMotion, given: dict[str, float]) -> PartSizes:
+def _sizes(
+    motion: ExportedMotion, rigid: Rigid, gearing: Gearing, given: dict[str, float]
+) -> PartSizes:
     """Return what is given, the rest by the mechanism's size."""
     for name, value in given.items():
-        least = name in ("clearance", "kerf", "air")
+        least = name in ("clearance", "kerf", "air", "backlash")
         if not np.isfinite(value) or value < 0 or (value == 0 and not least):
             raise InputError(
                 f"a length {'of 0 or more' if least else 'above 0'} is needed, not {value:g}",
                 where=name,
             )
-    pin = given.get("pin", min(PIN * motion.mechanism.scale, NEAR * _shortest(motion)))
+    roots = [HUB * w.teeth.low for w in gearing.wheels if not w.straight]
+    largest = min([PIN * motion.mechanism.scale, NEAR * _shortest(motion, rigid), *roots])
+    pin = given.get("pin", largest)
     return PartSizes(
         given.get("width", BROAD * pin),
         given.get("thickness", 0.75 * pin),
@@ -327,15 +431,15 @@ def _sizes(motion: ExportedMotion, given: dict[str, float]) -> PartSizes:
     )
 
 
-def _shortest(motion: ExportedMotion) -> float:
+def _shortest(motion: ExportedMotion, rigid: Rigid) -> float:
     """Return the least distance of two joints of a link [m]."""
-    mechanism, values = motion.mechanism, motion.mechanism.values()
-    ends = {end for joint in mechanism.joints.values() for end in (joint.first, joint.second)}
+    joints = motion.mechanism.joints.values()
+    ends = sorted({end for joint in joints for end in (joint.first, joint.second)})
     found = [float("inf")]
-    for one, other in combinations(sorted(ends), 2):
-        if one.partition(".")[0] == other.partition(".")[0]:
-            x, y = (values[f"{one}.{axis}"] - values[f"{other}.{axis}"] for axis in "xy")
-            found += [float(np.hypot(x, y))] if x or y else []
+    for one, other in combinations(ends, 2):
+        if len({rigid.root(end.partition(".")[0]) for end in (one, other)}) == 1:
+            far = float(np.hypot(*(rigid.local(one) - rigid.local(other))))
+            found += [far] if far > SAME * motion.mechanism.scale else []
     return min(found)
 
 

@@ -10,7 +10,8 @@ from pathlib import Path
 import numpy as np
 
 from mechdae.errors import UnavailableError
-from mechdae.parts.exchange.workshop.cut import MM, Loop, PlacedPart, assembly
+from mechdae.parts.exchange.workshop.cut import MM, PlacedPart, assembly
+from mechdae.parts.exchange.workshop.outlines import NO_SIDE, Bend, Outline
 from mechdae.tasks import ExportedMotion
 from mechdae.types import Floats, Json
 
@@ -42,6 +43,10 @@ class StepSolids:
         for module, names in MODULES.items():
             loaded = import_module(f"OCP.{module}")
             self.a |= {name: getattr(loaded, name) for name in names.split()}
+        try:
+            self.poles = import_module("OCP.collections").Array1_gp_Pnt
+        except ImportError:  # before release 8
+            self.poles = import_module("OCP.TColgp").TColgp_Array1OfPnt
 
     def text(self, parts: list[PlacedPart]) -> str:
         """Return a file of named solids, without the time at which it is written."""
@@ -78,18 +83,22 @@ class StepSolids:
     def _up(self) -> object:
         return self.a["gp_Dir"](0.0, 0.0, 1.0)
 
-    def _wire(self, loop: Loop, reverse: bool = False) -> object:
-        """Return a loop of arcs and the straight sides between them."""
-        a, arcs, wire = self.a, loop.arcs(), self.a["BRepBuilderAPI_MakeWire"]()
-        for k, (begin, end, middle) in enumerate(arcs):
-            circle = a["gp_Circ"](a["gp_Ax2"](self._point(middle), self._up), loop.radius * MM)
-            wire.Add(
-                a["BRepBuilderAPI_MakeEdge"](circle, self._point(begin), self._point(end)).Edge()
-            )
-            after = arcs[(k + 1) % len(arcs)][0]
-            if np.hypot(*(after - end)) > 0:
-                side = a["BRepBuilderAPI_MakeEdge"](self._point(end), self._point(after))
-                wire.Add(side.Edge())
+    def _wire(self, loop: Outline, reverse: bool = False) -> object:
+        """Return a loop of arcs, curves and the straight sides between them."""
+        a, sides, wire = self.a, loop.sides(), self.a["BRepBuilderAPI_MakeWire"]()
+        edge = a["BRepBuilderAPI_MakeEdge"]
+        for side, after in zip(sides, sides[1:] + sides[:1], strict=True):
+            begin, end = self._point(side.begin), self._point(side.end)
+            if isinstance(side, Bend):
+                poles = self.poles(1, 4)
+                for k, place in enumerate(side):
+                    poles.SetValue(k + 1, self._point(place))
+                wire.Add(edge(a["Geom_BezierCurve"](poles)).Edge())
+            elif side.radius > 0:
+                axes = a["gp_Ax2"](self._point(side.middle), self._up)
+                wire.Add(edge(a["gp_Circ"](axes, side.radius * MM), begin, end).Edge())
+            if np.hypot(*(after.begin - side.end)) > NO_SIDE * loop.radius:
+                wire.Add(edge(end, self._point(after.begin)).Edge())
         found = wire.Wire()
         if reverse:
             found.Reverse()
@@ -103,6 +112,7 @@ MODULES = {
     "BRepBuilderAPI": "BRepBuilderAPI_MakeEdge BRepBuilderAPI_MakeFace BRepBuilderAPI_MakeWire "
     "BRepBuilderAPI_Transform",
     "BRepPrimAPI": "BRepPrimAPI_MakePrism",
+    "Geom": "Geom_BezierCurve",
     "Message": "Message",
     "STEPCAFControl": "STEPCAFControl_Writer",
     "TCollection": "TCollection_ExtendedString",
