@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import mechdae as md
-from mechdae.results.units import REACTION, SUMMARY, UNITS
+from mechdae.describe.series_units import REACTION, SUMMARY, UNITS
 
 PAGES = {
     "solve": (

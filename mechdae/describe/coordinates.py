@@ -9,6 +9,7 @@ from importlib import import_module
 
 from mechdae.describe.coordinate_kinds import KINDS, PLACE, kind_of
 from mechdae.describe.mechanism import GROUND, Mechanism
+from mechdae.describe.values import Value
 from mechdae.errors import MechanismError, MechdaeError
 from mechdae.records import dataclass
 
@@ -138,6 +139,20 @@ def unit_of(mechanism: Mechanism, text: str) -> str | None:
     except MechdaeError:
         return None
     return None if result.on_curve else result.unit
+
+
+SERIES = "mechdae.describe.series_units"
+"""It knows coordinates: the units of what results have."""
+
+
+def unit_within(mechanism: Mechanism, task: Value | None, text: str) -> str | None:
+    """Return the unit of a coordinate, an output or a path; "" is the driver of a task."""
+    text = text or getattr(getattr(task, "driver", None), "coordinate", "")
+    if "/" in text or text in mechanism.outputs:
+        return import_module(SERIES).path_unit(mechanism, text) or None
+    name, order = split_rate(text)
+    base = unit_of(mechanism, name)
+    return f"{base}{('', '/s', '/s2')[order]}" if base else None
 
 
 def coordinate_unit(mechanism: Mechanism, text: str) -> str:

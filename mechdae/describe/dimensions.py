@@ -10,14 +10,15 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import fields
+from functools import partial
 from itertools import chain, repeat
 from typing import Any
 
-from mechdae.describe.coordinates import split_rate, unit_of
+from mechdae.describe.coordinates import unit_of, unit_within
 from mechdae.describe.mechanism import WHOLE_UNITS, Mechanism
-from mechdae.describe.tasks.kinds import Driver, Task
+from mechdae.describe.tasks.kinds import Task
 from mechdae.describe.units import Powers, fits, powers_of, text_of
-from mechdae.describe.values import Value
+from mechdae.describe.values import UnitOf, Value
 
 Use = tuple[Any, Powers | None, str]
 """A number, its unit, and where it stands."""
@@ -25,9 +26,6 @@ Typed = tuple[Any, str | None, str]
 """The same with the unit as it is written."""
 SPEEDS = ("speed", "acceleration", "jerk")
 """Keys of the rates of a driver."""
-TASK_NUMBERS = {
-    "until": "s", "max_step": "s", "linearise": "s", "v_s": "m/s", "omega_s": "rad/s"
-}  # fmt: skip
 
 
 def parameter_units(mechanism: Mechanism, tasks: Iterable[Task] = ()) -> dict[str, str]:
@@ -36,7 +34,7 @@ def parameter_units(mechanism: Mechanism, tasks: Iterable[Task] = ()) -> dict[st
     ``m``, ``rad``, ``1``, ``rad/s``, ``kg m2``, ``N/m``.
     """
     known = _inferred(mechanism, _uses(mechanism, tasks))
-    automatic = {name: powers_of(unit) for name, unit in _automatic(mechanism)}
+    automatic = {name: powers_of(unit) for name, unit in automatic_units(mechanism)}
     units = {name: text_of(powers) for name, powers in automatic.items() if powers is not None}
     return units | {name: text_of(powers) for name, powers in known.items() if powers is not None}
 
@@ -106,81 +104,61 @@ def _inferred(
 
 def _uses(mechanism: Mechanism, tasks: Iterable[Task], names: Iterable[str] = ()) -> list[Use]:
     """Return the numbers of a problem with their units and their places."""
-    automatic = dict(_automatic(mechanism))
+    automatic = dict(automatic_units(mechanism))
     found: list[Typed] = [
-        (number, automatic[name], name) for name, number in mechanism.numbers() if name in automatic
+        (number, automatic[name], name)
+        for name, number in mechanism.numbers()
+        if name in automatic and not name.startswith("loads.")
     ]
     for name, load in mechanism.loads.items():
-        numbers = load.with_units(lambda text: unit_of(mechanism, text) == "rad")
-        found += [(n, unit, f"loads.{name}.{word}") for n, unit, word in numbers]
+        found += _numbers(load, partial(unit_within, mechanism, None), f"loads.{name}.")
     for name, number in mechanism.sketch.items():
         found.append((number, unit_of(mechanism, str(name)), f"sketch.{name}"))
     for task, name in zip(tasks, chain(names, repeat("")), strict=False):
-        found += [(n, unit, f"tasks.{name}.{word}") for n, unit, word in _of_task(mechanism, task)]
+        found += _numbers(task, partial(unit_within, mechanism, task), f"tasks.{name}.")
     found += [(text, None, f"outputs.{name}") for name, text in mechanism.outputs.items()]
     return [(number, powers_of(unit) if unit else None, place) for number, unit, place in found]
 
 
-def _automatic(mechanism: Mechanism) -> Iterator[tuple[str, str]]:
+def automatic_units(mechanism: Mechanism) -> Iterator[tuple[str, str]]:
     """Yield the automatic names with their units."""
     for name, _ in mechanism.numbers():
         part, *rest = name.split(".")
         if part == "loads":
-            continue  # below, with what they act on
-        if part in WHOLE_UNITS:
+            load = mechanism.loads[rest[0]]
+            units = load.units_by_key(partial(unit_within, mechanism, None))
+            unit = units.get(rest[1]) or _by_field(load, rest[1])
+            if isinstance(unit, str):
+                yield name, unit
+        elif part in WHOLE_UNITS:
             yield name, WHOLE_UNITS[part]
         elif part in mechanism.joints:
-            entries = {entry.name: entry.metadata for entry in fields(mechanism.joints[part])}
-            # the ends of a curve's range are no fields, and s has no unit
-            unit = entries[rest[0]].get("unit") if rest[0] in entries else None
-            if unit:
+            unit = _by_field(mechanism.joints[part], rest[0])
+            if unit:  # the ends of a curve's range are no fields, and s has no unit
                 yield name, unit
         else:
             yield name, {"mass": "kg", "inertia": "kg m2"}.get(rest[0], "m")
 
 
-def _of_task(mechanism: Mechanism, task: Task) -> Iterator[Typed]:
-    """Yield the numbers of a task with their places inside of it."""
-    for word, unit in TASK_NUMBERS.items():
-        yield getattr(task, word, None), unit, word
-    for word, rate in (("start", ""), ("start_speed", "/s")):
-        for name, number in (getattr(task, word, None) or {}).items():
-            base = unit_of(mechanism, str(name).removesuffix(".speed"))
-            yield number, base and f"{base}{rate}", f"{word}.{name}"
-    for watched in getattr(task, "events", None) or ():
-        name, order = split_rate(watched.coordinate)
-        base = unit_of(mechanism, name)
-        if base is not None:
-            yield watched.crosses, f"{base}/s" if order else base, "events"
-    several = getattr(task, "drivers", None) or ()
-    for driver in (*several, getattr(task, "driver", None)):
-        if isinstance(driver, Driver):
-            yield from _of_driver(mechanism, driver)
-    yield from _nested(task)
+def _by_field(value: Value, word: str) -> str | None:
+    """Return the unit that a field always has."""
+    return next((f.metadata.get("unit") for f in fields(value) if f.name == word), None)
 
 
-def _of_driver(mechanism: Mechanism, driver: Driver) -> Iterator[Typed]:
-    unit = unit_of(mechanism, driver.coordinate)
-    if unit is None:
-        return
-    ends = unit if driver.law is None else "s"
-    yield driver.law, unit, "driver.law"
-    yield driver.from_, ends, "driver.from"
-    yield driver.to, ends, "driver.to"
-    yield from ((number, unit, "driver.at") for number in driver.at or ())
-    yield from ((number, "s", "driver.times") for number in driver.times or ())
-    for order, word in enumerate(SPEEDS, start=1):
-        yield getattr(driver, word), f"{unit}/s{order if order > 1 else ''}", f"driver.{word}"
-
-
-def _nested(value: Any, place: str = "") -> Iterator[Typed]:
-    """Yield the numbers of goals and constraints whose keys have a unit."""
+def _numbers(value: Value, unit_of: UnitOf, place: str) -> Iterator[Typed]:
+    """Yield the numbers of a description whose keys have a unit, with their places."""
+    by_key = value.units_by_key(unit_of)
     for entry in fields(value):
-        content, where = getattr(value, entry.name), f"{place}{entry.name}"
-        if entry.metadata.get("unit"):
+        word, content = entry.name.rstrip("_"), getattr(value, entry.name)
+        unit = by_key.get(word, entry.metadata.get("unit"))
+        if isinstance(unit, Mapping):
+            yield from (
+                (content[name], each, f"{place}{word}.{name}") for name, each in unit.items()
+            )
+        elif unit:
             numbers = content if isinstance(content, tuple) else (content,)
-            yield from ((n, entry.metadata["unit"], where) for n in numbers)
-            continue
-        for part in content if isinstance(content, tuple) else (content,):
-            if isinstance(part, Value) and not isinstance(part, Driver):
-                yield from _nested(part, f"{where}.")
+            yield from ((n, unit, f"{place}{word}") for n in numbers)
+        else:
+            for part in content if isinstance(content, tuple) else (content,):
+                if isinstance(part, Value):
+                    yield from _numbers(part, unit_of, f"{place}{word}.")

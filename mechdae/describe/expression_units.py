@@ -240,7 +240,10 @@ def misfit_in(
 def inferred(
     mechanism: Mechanism, uses: Sequence[tuple[Any, Powers | None]], exact: bool
 ) -> dict[str, Powers | None]:
-    """Return what all uses and the parameters' own expressions tell of parameters."""
+    """Return what all uses and the parameters' own expressions tell of parameters.
+
+    Those that tell for sure count before products with numbers that may have units of their own.
+    """
     known: dict[str, Powers | None] = {}
     reader = Reader(mechanism, known, exact)
     for whole in (False, True):  # last, for numbers in an expression may have units of their own
@@ -254,7 +257,8 @@ def inferred(
                     reader.learn(name, reader.unit(parse(number)), weak=True)
             if known == before:
                 break
-    return known
+    sure = {} if exact else inferred(mechanism, uses, True)
+    return known | {name: powers for name, powers in sure.items() if powers is not None}
 
 
 def output_unit(mechanism: Mechanism, output: str, rate: int = 0) -> str:

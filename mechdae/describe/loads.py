@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Hashable, Iterator
+from collections.abc import Hashable, Iterator
 from dataclasses import field, fields, replace
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -18,6 +18,7 @@ if TYPE_CHECKING:
         NumberOrNumbers,
         Numbers,
         NumbersOrNone,
+        UnitOf,
     )
     from mechdae.types import Json
 
@@ -32,8 +33,6 @@ SPRINGS = (
     {"stiffness": "N m/rad", "damping": "N m s/rad", "free_length": "rad", "preload": "N m"},
 )
 """Units of the numbers of springs between points, and on angles."""
-Turns = Callable[[str], bool]
-"""Whether a coordinate is an angle."""
 
 
 @dataclass(frozen=True)
@@ -53,10 +52,6 @@ class Load(Value):
                 for axis, number in zip("xyz", value, strict=False):
                     if isinstance(number, float):
                         yield f"{entry.name}.{axis}", number
-
-    def with_units(self, turns: Turns) -> Iterator[tuple[Number | None, str, str]]:
-        """Yield the load's numbers with their units and their keys."""
-        yield from ()
 
     def settled(self) -> tuple[Hashable, ...]:
         """Return what it is but for its numbers; those of expressions and tables are part of it."""
@@ -109,9 +104,6 @@ class Force(Load):
     frame: str = optional("text", "world")
     kind: ClassVar[str] = "force"
 
-    def with_units(self, turns: Turns) -> Iterator[tuple[Number | None, str, str]]:
-        yield from ((number, "N", "value") for number in self.value)
-
 
 @dataclass(frozen=True)
 class Torque(Load):
@@ -127,10 +119,6 @@ class Torque(Load):
     value: NumberOrNumbers = key("moment", doc="moment", unit="N m")
     frame: str = optional("text", "world")
     kind: ClassVar[str] = "torque"
-
-    def with_units(self, turns: Turns) -> Iterator[tuple[Number | None, str, str]]:
-        values = self.value if isinstance(self.value, tuple) else (self.value,)
-        yield from ((number, "N m", "value") for number in values)
 
 
 @dataclass(frozen=True)
@@ -148,9 +136,9 @@ class Resistance(Load):
     positive: Number = optional("number", 0.0, doc="while it grows", unit="N or N m")
     kind: ClassVar[str] = "resistance"
 
-    def with_units(self, turns: Turns) -> Iterator[tuple[Number | None, str, str]]:
-        unit = "N m" if turns(self.coordinate) else "N"
-        yield from ((self.negative, unit, "negative"), (self.positive, unit, "positive"))
+    def units_by_key(self, unit_of: UnitOf) -> dict[str, str]:
+        unit = "N m" if unit_of(self.coordinate) == "rad" else "N"
+        return {"negative": unit, "positive": unit}
 
 
 @dataclass(frozen=True)
@@ -171,9 +159,8 @@ class Spring(Load):
     damping: Number = optional("number", 0.0, unit="N s/m or N m s/rad")
     kind: ClassVar[str] = "spring"
 
-    def with_units(self, turns: Turns) -> Iterator[tuple[Number | None, str, str]]:
-        units = SPRINGS[self.coordinate is not None and turns(self.coordinate)]
-        yield from ((getattr(self, word), unit, word) for word, unit in units.items())
+    def units_by_key(self, unit_of: UnitOf) -> dict[str, str]:
+        return SPRINGS[self.coordinate is not None and unit_of(self.coordinate) == "rad"]
 
 
 @dataclass(frozen=True)
@@ -210,9 +197,6 @@ class TableLoad(Load):
         default=None, compare=False, repr=False
     )
     kind: ClassVar[str] = "table"
-
-    def with_units(self, turns: Turns) -> Iterator[tuple[Number | None, str, str]]:
-        yield from ((self.shift, "s", "shift"), (self.period, "s", "period"))
 
     def __post_init__(self) -> None:
         super().__post_init__()

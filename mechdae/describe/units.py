@@ -202,6 +202,12 @@ def text_of(powers: Powers) -> str:
     return "/".join([" ".join(above) or "1", *below])
 
 
+def over(unit: str, below: str) -> str:
+    """Return a unit divided by another one, "" where one of them is not known."""
+    above, by = powers_of(unit), powers_of(below)
+    return text_of(tuple(a - b for a, b in zip(above, by, strict=True))) if above and by else ""
+
+
 def fits(suffix: str, powers: Powers, angles: bool = True) -> bool:
     """Return whether a suffix may stand for a unit, whatever its `angles` where these are left out.
 
@@ -220,6 +226,13 @@ class ShownUnit:
 
     name: str
     factor: float = 1.0
+
+
+def per(unit: ShownUnit, *below: ShownUnit) -> ShownUnit:
+    """Return the unit of a derivative, or of a price: one unit over others."""
+    names = [f"({b.name})" if "/" in b.name or " " in b.name else b.name for b in below]
+    name = "/".join([unit.name or "1", *(name for name in names if name not in ("", "1"))])
+    return ShownUnit(name, unit.factor / math.prod(b.factor for b in below))
 
 
 @dataclass(frozen=True)
@@ -245,6 +258,8 @@ class Units:
 
     def of(self, si: str) -> ShownUnit:
         """Return what a unit in SI is shown in: itself where nothing else is wished."""
+        if si in ("rad/m", "m/rad"):
+            return per(*map(self.of, si.split("/")))
         return self.by_si.get(si) or ShownUnit(si)
 
     def read(self, si: str) -> ShownUnit:

@@ -48,6 +48,10 @@ class Table(dict[str, V]):
 
 
 Number = float | str
+UnitOf = Callable[[str], str | None]
+"""The unit of a coordinate, of an output, or of a path of a result; "" is the task's driver."""
+KeyUnit = str | Mapping[str, str | None] | None
+"""The unit of a key, of a table by its names; None where it is not known."""
 
 if TYPE_CHECKING:
     from mechdae.records import Takes
@@ -106,6 +110,10 @@ class Value(Record):
             except MechdaeError as problem:
                 raise problem.inside(entry.name.rstrip("_")) from None
             object.__setattr__(self, entry.name, value)
+
+    def units_by_key(self, unit_of: UnitOf) -> Mapping[str, KeyUnit]:
+        """Return the units of keys whose unit depends on what they belong to."""
+        return {}
 
     @classmethod
     def documented(cls, text: str) -> str:

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.results.units import (
+from mechdae.describe.series_units import (
     IN_SPACE,
     KINDS,
     REACTION,
@@ -30,7 +30,7 @@ def columns_of(result: Any) -> Iterator[Column]:
     for kind in KINDS:
         for part, series in getattr(result, kind).items():
             for name, array in series.items():
-                yield from _of_series(f"{part}.{name}", name, array, result.unit(kind, part, name))
+                yield from components(f"{part}.{name}", name, array, result.unit(kind, part, name))
     for word, series in (("effort", result.efforts), *result.parts.items()):
         head = word if word == "effort" else f"effort_{word}"
         for name, array in series.items():
@@ -52,7 +52,7 @@ def columns_of(result: Any) -> Iterator[Column]:
                     yield f"d {word} / d {name}", "", column
     yield from _of_designs(result.data.get("designs", ()), result.summary.get("front", {}))
     for pair, array in result.centres.items():
-        yield from _of_series(f"centre.{pair}", "centre", array, centre_unit(pair))
+        yield from components(f"centre.{pair}", "centre", array, centre_unit(pair))
     for name, unit in (("length", "m"), ("angle", "rad")):
         if name in result.bound:
             yield f"bound.{name}", unit, result.bound[name]
@@ -60,7 +60,7 @@ def columns_of(result: Any) -> Iterator[Column]:
         yield "condition", "1", result.condition
 
 
-def _of_series(whole: str, name: str, array: Floats, unit: str) -> Iterator[Column]:
+def components(whole: str, name: str, array: Floats, unit: str) -> Iterator[Column]:
     """Yield the components of a series, of a reaction with their own names and units."""
     if array.ndim == 1:
         yield whole, unit, array

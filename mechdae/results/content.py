@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 
+from mechdae.describe.series_units import KINDS
 from mechdae.errors import UnknownName
 from mechdae.results.plain import plain
 from mechdae.results.result import Result
 from mechdae.results.series import LazyPart, Series, Summary
-from mechdae.results.units import KINDS
 
 
 def content_of(result: Result) -> dict[str, object]:

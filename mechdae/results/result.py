@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import importlib
-from collections.abc import Container, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import field, fields, replace
 from functools import cached_property
 from types import MappingProxyType
@@ -11,6 +11,7 @@ from typing import Any, ClassVar, Self, TypeVar, cast
 
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.mechanism import Mechanism
+from mechdae.describe.series_units import path_unit, series_unit, whole_path
 from mechdae.describe.tasks.kinds import Task
 from mechdae.describe.units import SI, Units, units_of
 from mechdae.records import Record, dataclass
@@ -20,7 +21,6 @@ from mechdae.results.plain import no_collection, plain
 from mechdae.results.series import LazyPart, Named, Series, Summary
 from mechdae.results.shown import RowsOfResult, Shown
 from mechdae.results.status import StatusOfPoses
-from mechdae.results.units import HISTORY, UNITS_OF_HISTORY, path_unit, series_unit
 from mechdae.types import Floats, Json, Texts
 
 R = TypeVar("R", bound="Result")
@@ -42,12 +42,6 @@ class Fault:
 CONTENT = "mechdae.results.content"
 """It knows results: what the JSON has of them."""
 NOTHING: Mapping[str, Any] = MappingProxyType({})
-OWN_NAMES = frozenset(
-    "problem task kind mechanism title drivers bodies points joints outputs centres status bound "
-    "condition labels events checks summary fault definition parameters table time efforts parts "
-    "solutions unique data scalars work".split()
-)
-"""First steps of paths that are no named outputs, whatever those are called."""
 
 
 class OfOtherKinds:
@@ -233,10 +227,8 @@ class Result(Record, OfOtherKinds, Shown):
 
     def path_unit(self, path: str) -> str:
         """Return the unit of what a path of a study names; empty where it is not known."""
-        word, _, rest = path.partition("/")
-        if word in HISTORY:
-            return UNITS_OF_HISTORY.get(word) or self.path_unit(rest)
-        return path_unit(self.mechanism, whole_path(self.mechanism.outputs, path))
+        known = self.summary.get("units", {}).get(path)
+        return known or path_unit(self.mechanism, path, next(iter(self.drivers), ""))
 
 
 @dataclass(frozen=True, repr=False)
@@ -258,11 +250,3 @@ class SweepResult(Result):
     """
 
     centres: Series = field(default_factory=lambda: Series({}))
-
-
-def whole_path(outputs: Container[str], path: str) -> str:
-    """Return the path a named output stands for (``Theta``, ``Theta/rate``), else `path`."""
-    name, _, rest = path.partition("/")
-    if name in outputs and name not in OWN_NAMES:
-        return f"outputs/{name}/{rest or 'value'}"
-    return path

@@ -12,6 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import mechdae as md
+from mechdae.describe.dimensions import parameter_units
 from mechdae.describe.file.load import from_dict
 from mechdae.describe.file.reading import split_unit, to_si
 from mechdae.describe.file.writing import in_units
@@ -186,3 +187,94 @@ def test_a_problem_is_written_in_the_units_of_its_file(name: str) -> None:
     assert (
         tomllib.loads(md.dumps(problem)).get("sketch", {}).keys() == problem.mechanism.sketch.keys()
     )
+
+
+def with_task(**task: Any) -> dict[str, Any]:
+    """Return the four-bar with a sweep and a further task."""
+    data = four_bar(True)
+    data["tasks"]["more"] = task
+    return data
+
+
+def sought(**keys: Any) -> dict[str, Any]:
+    goal = {"kind": "minimise", "of": "turn/bodies/coupler/angle"}
+    task = {"driver": {"coordinate": "crank.angle"}, "goal": goal, "free": {"a": [0.03, 0.05]}}
+    return with_task(kind="synthesis", **{**task, **keys})
+
+
+def limited(**keys: Any) -> dict[str, Any]:
+    return sought(constraints=[{"kind": "limit", **keys}])
+
+
+def moved(**keys: Any) -> dict[str, Any]:
+    return with_task(kind="motion", until=1.0, **keys)
+
+
+FUNCTION = {"kind": "function", "output": "coupler.B.x", "function": "x", "range": [0, 1]}
+
+
+@pytest.mark.parametrize(
+    ("data", "key", "fits"),
+    [
+        (limited(of="turn/points/coupler.B/position", max_deg=3), "max_deg", "max_mm"),
+        (limited(of="turn/bodies/coupler/angle", min_mm=3), "min_mm", "min_deg"),
+        (limited(of="turn/bodies/rocker/angular_velocity", max_mm=3), "max_mm", "max_rpm"),
+        (limited(of="turn/summary/swing/rocker", max_in=3), "max_in", "max_deg"),
+        (sought(free={"a_deg": [1, 2]}), "free.a_deg", "a_mm"),
+        (sought(robust=1, tolerances={"a_rpm": 1}), "tolerances.a_rpm", "a_mm"),
+        (sought(robust=1, tolerances_deg={"a": 1}), "tolerances_deg.a_deg", "a_mm"),
+        (
+            sought(goal={"kind": "path", "point": "coupler.B", "at_mm": [1, 2],
+                         "targets": [[0, 1], [1, 1]]}),
+            "goal.at_mm", "at_deg",
+        ),
+        (sought(goal={**FUNCTION, "input_range_mm": 1, "output_range_mm": 1}), "input_range_mm",
+         "input_range_deg"),
+        (sought(goal={**FUNCTION, "input_range_deg": 1, "output_range_deg": 1}),
+         "output_range_deg", "output_range_mm"),
+        (moved(start={"crank.angle_mm": 1}), "start.crank.angle_mm", "crank.angle_deg"),
+        (moved(start_speed={"crank.angle_mm": 1}), "start_speed.crank.angle_mm", "angle_rpm"),
+        (moved(max_step_mm=1), "max_step_mm", "in s"),
+        (moved(events=[{"coordinate": "crank.angle", "crosses_mm": 1}]), "events[0].crosses_mm",
+         "crosses_deg"),
+        (moved(events=[{"coordinate": "coupler.B.x.speed", "crosses_rpm": 1}]),
+         "events[0].crosses_rpm", "crosses_mm"),
+        (moved(drivers=[{"coordinate": "crank.angle", "law_mm": "t"}]), "drivers[0].law_mm",
+         "law_deg"),
+        (with_task(kind="sensitivity", of="turn", outputs=["bodies/coupler/angle"],
+                   tolerances={"a_deg": 1}), "tolerances.a_deg", "a_mm"),
+        (with_task(kind="sweep", driver={"coordinate": "crank.angle", "from": 0, "to": 1},
+                   find=[{"output": "coupler.angle", "crosses_mm": 1}]), "find[0].crosses_mm",
+         "crosses_deg"),
+    ],
+    ids=lambda item: item if isinstance(item, str) else "",
+)  # fmt: skip
+def test_suffixes_fit_what_their_key_belongs_to(data: dict[str, Any], key: str, fits: str) -> None:
+    """The unit of a limit is that of what is limited, of a start that of its coordinate."""
+    with pytest.raises(InputError, match=r"the unit '_\w+' does not fit") as caught:
+        from_dict(data)
+    assert key in caught.value.where
+    assert caught.value.where.startswith("tasks.more.")
+    assert fits in caught.value.hint
+
+
+def test_suffixes_that_fit_are_read() -> None:
+    problem = from_dict(limited(of="turn/bodies/rocker/angular_velocity", max_rpm=30))
+    assert problem.tasks["more"].constraints[0].max == pytest.approx(math.pi, rel=1e-15)
+    problem = from_dict(moved(start_speed={"crank.angle_rpm": 30}, max_step_s=0.5))
+    assert problem.tasks["more"].start_speed["crank.angle"] == pytest.approx(math.pi)
+    assert problem.tasks["more"].max_step == 0.5
+
+
+def test_loads_have_the_units_of_their_coordinate() -> None:
+    data = four_bar(True)
+    data["loads"]["brake"] = {"kind": "resistance", "coordinate": "rocker.angle", "positive_kN": 1}
+    with pytest.raises(InputError, match=r"loads.brake.positive_kN: .*'_kN' does not fit"):
+        from_dict(data)
+
+
+def test_what_tells_a_unit_for_sure_counts_before_products_with_numbers() -> None:
+    """An inertia 0.6*l**2 has a mass in it: it does not make the length unknown."""
+    data = four_bar(True)
+    data["bodies"]["coupler"]["inertia"] = "0.6*a**2"
+    assert parameter_units(from_dict(data).mechanism)["a"] == "m"

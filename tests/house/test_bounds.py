@@ -163,7 +163,7 @@ RECURSIONS = {
     ("numerics/homotopy/generic_count.py", "grown"): "the place rises",
     ("design/jobs/log.py", "_differences"): "values inside of values",
     ("results/result.py", "path_unit"): "a path gets shorter",
-    ("results/units.py", "path_unit"): "a path gets shorter",
+    ("describe/series_units.py", "path_unit"): "a path gets shorter",
     ("parts/page/link.py", "put"): "modules without circles",
     ("tasks/dispatch/solve.py", "available"): "tasks inside of tasks",
 }

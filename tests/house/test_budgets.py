@@ -8,10 +8,10 @@ from tests.shared.paths import ROOT
 
 PACKAGE = ROOT / "mechdae"
 BUDGETS = {
-    "describe": 13_560,  # rare kinds in modules of their own, which most problems do not import
+    "describe": 13_830,  # rare kinds in modules of their own, which most problems do not import
     "numerics": 4_600,
     "equations": 7_720,  # what is left out of a scene: rollers, second machines, plane and space
-    "results": 3_670,
+    "results": 3_470,
     "draw": 19_270,  # graphs of motions; texts are measured without matplotlib
     "kernels": 7_500,
     "motion": 23_370,  # poses of several drivers at the speed of one
@@ -25,7 +25,7 @@ BUDGETS = {
 """Room -> most lines of its modules; some of them import what annotations name."""
 ALONE = 1106
 """Lines of the modules that stand alone: errors, docstrings, records, types, additions."""
-TOTAL = 145_200
+TOTAL = 145_300
 LONGEST = 500
 LONGER = {
     "describe/joints/spatial.py": 520,

@@ -58,6 +58,26 @@ def test_prices_of_all_bands_are_slopes_of_the_bands() -> None:
             np.testing.assert_allclose(slopes[path][name], wanted, rtol=5e-3, atol=size)
 
 
+def test_tables_of_bands_have_one_kind_of_units() -> None:
+    """Series and figures stand beside each other; a price of an angle is an angle over a length."""
+    largest = "summary/play/largest/joints/guide/slide"
+    outputs = (SLIDE, f"{largest}/band", f"{largest}/at", f"{largest}/price/O",
+               "summary/play/largest/bodies/rod/angle/price/guide")  # fmt: skip
+    whole = problem(
+        s=md.Sensitivity(of="play", outputs=outputs[:2], wrt=("c", "l")),
+        study=md.Study(of="play", vary={"c": (C, 2 * C, 2)}, outputs=outputs[1:]),
+    )
+    found = md.solve(whole, "s").in_units("mm,deg")
+    lines = [line.split("  ") for line in found.table().splitlines()]
+    heads = [[cell.strip() for cell in line if cell] for line in lines if "d/d c" in str(line)]
+    for head in heads:
+        assert head[-3:] == ["value [mm]", "d/d c [mm/mm]", "d/d l [mm/mm]"]
+    assert len(heads) == 2
+    study = md.solve(whole, "study")
+    assert [study.path_unit(path) for path in outputs[1:]] == ["m", "rad", "1", "rad/m"]
+    assert "[deg/mm]" in study.in_units("mm,deg").table()
+
+
 def test_teeth_have_a_price_too() -> None:
     mechanism = two_wheels()
     tasks = {"play": md.Play(TURN, poses=3), "s": md.Sensitivity(

@@ -11,10 +11,10 @@ import pytest
 
 import mechdae as md
 from mechdae.describe import coordinates
+from mechdae.describe import series_units as units_of_results
 from mechdae.describe.coordinate_names import coordinate_names
 from mechdae.describe.coordinates import coordinate, coordinate_unit
 from mechdae.results import effort_unit
-from mechdae.results import units as units_of_results
 from tests.shared.paths import DATA
 
 CASE = DATA / "shown" / "point-driver.toml"

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 import mechdae as md
+from mechdae.describe.series_units import OWN_NAMES
 from mechdae.results import FINE, Status, Summary, counts, plain, statuses
-from mechdae.results.result import OWN_NAMES
 
 KINDS = {
     ("four-bar-crank-rocker", "turn"): (md.SweepResult, "centres"),

@@ -143,12 +143,20 @@ def check_suffix(key: str, unit: str | None, base: str = "") -> None:
     )
 
 
-def check_suffixes(table: Iterable[str], units: Mapping[str, str | None]) -> None:
-    """Raise for a key whose suffix is no unit of what it names; None is one that is not known."""
-    for key, (base, suffix) in split_keys(table, units).items():
-        unit = units.get(base)
-        if suffix and unit is not None:
-            check_suffix(key, unit, base)
+Check = tuple[str, Iterable[str], Mapping[str, str | None]]
+"""A place, keys there, and the units of what they name; None is one that is not known."""
+
+
+def check_each(checks: Iterable[Check]) -> None:
+    """Raise for a key whose suffix is no unit of what it names."""
+    for place, keys, units in checks:
+        for key, (base, suffix) in split_keys(keys, units).items():
+            unit = units.get(base)
+            if suffix and unit is not None:
+                try:
+                    check_suffix(key, unit, base)
+                except MechdaeError as error:
+                    raise error.inside(place) from None
 
 
 def to_si(value: object, suffix: str) -> Any:

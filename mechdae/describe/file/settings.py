@@ -12,7 +12,7 @@ from mechdae.describe.file.problem import Problem, check_parts, check_task
 from mechdae.describe.file.reading import split_known, to_si
 from mechdae.describe.file.repeat import Pattern
 from mechdae.describe.file.tabulated import with_tables_of
-from mechdae.describe.file.units import check_number, check_parameter
+from mechdae.describe.file.units import check_number, check_parameters
 from mechdae.describe.mechanism import (
     BY_NAMES,
     MOMENTS,
@@ -101,7 +101,7 @@ def in_si(
     if base in known:
         check_number(mechanism, base, suffix)
     if suffix and base in mechanism.parameters:
-        check_parameter(mechanism, tasks, base, suffix)
+        check_parameters(mechanism, tasks, {base: suffix})
     return base, values.number(to_si(values.number(value), suffix))
 
 

@@ -6,54 +6,49 @@ import math
 from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import fields
-from typing import TYPE_CHECKING, Any
+from functools import partial
+from typing import Any
 
-from mechdae.describe.coordinates import unit_of
-from mechdae.describe.dimensions import SPEEDS, misfit, parameter_units, typed_numbers
+from mechdae.describe.coordinates import unit_of, unit_within
+from mechdae.describe.dimensions import (
+    SPEEDS,
+    automatic_units,
+    misfit,
+    parameter_units,
+    typed_numbers,
+)
 from mechdae.describe.file.reading import (
+    NESTED,
+    Check,
+    check_each,
     check_suffix,
-    check_suffixes,
     split_keys,
     split_known,
+    split_unit,
 )
-from mechdae.describe.mechanism import WHOLE_UNITS, Mechanism
+from mechdae.describe.mechanism import Mechanism
+from mechdae.describe.series_units import path_unit
 from mechdae.describe.tasks.kinds import Driven, Task
 from mechdae.describe.units import UNITS
+from mechdae.describe.values import UnitOf, Value
 from mechdae.errors import MechdaeError
 
-if TYPE_CHECKING:
-    from mechdae.describe.joints.joint import Joint
-    from mechdae.describe.loads import Load
-
-
 SUFFIXES = sorted(UNITS, key=len, reverse=True)
+RATES = {"start_speed": ".speed"}
+"""What of coordinates the values of a table are."""
 VARIED = ("vary", "samples")
 """Keys of a study whose tables are numbers by name."""
 PLACES = ("at", "from", "to", "law")
 """Keys of a driver whose values are those of its coordinate."""
-RATES = dict.fromkeys(PLACES, "") | {"speed": "/s", "acceleration": "/s2", "jerk": "/s3"}
-"""Keys of a driver whose values have the unit of its coordinate, over powers of the second."""
-QUANTITIES = {
-    **{"position": "m", "velocity": "m/s", "acceleration": "m/s2", "length": "m"},
-    **{"slide": "m", "slide_velocity": "m/s", "slide_acceleration": "m/s2"},
-    **{"angle": "rad", "angular_velocity": "rad/s", "angular_acceleration": "rad/s2"},
-    **{"transmission_angle": "rad", "normal": "N", "loss": "W"},
-}
-"""Units of series of results by the last words of their paths."""
+NAMED = ("freedoms", "grid", "lists", "coordinates")
+"""Kinds of values that are numbers by the names of parameters."""
 
 
 def check_number(mechanism: Mechanism, name: str, suffix: str) -> None:
     """Raise for an automatic name given in a unit that is not that of its number."""
     last = name.split(".")[-1]
     if suffix and last not in mechanism.parameters:  # units of those follow from their uses alone
-        check_suffix(f"{last}{suffix}", unit_of_number(mechanism, name), last)
-
-
-def check_parameter(
-    mechanism: Mechanism, tasks: Mapping[str, Task], name: str, suffix: str
-) -> None:
-    """Raise for a parameter given in a unit that none of its uses has, where these tell."""
-    check_parameters(mechanism, tasks, {name: suffix})
+        check_suffix(f"{last}{suffix}", dict(automatic_units(mechanism)).get(name), last)
 
 
 def check_parameters(
@@ -71,31 +66,6 @@ def check_parameters(
         raise
 
 
-def unit_of_number(mechanism: Mechanism, name: str) -> str | None:
-    """Return the unit of an automatic name."""
-    part, *rest = name.split(".")
-    if part in mechanism.joints or part == "loads":
-        owner: Joint | Load = (
-            mechanism.joints[part] if part != "loads" else mechanism.loads[rest.pop(0)]
-        )
-        entry = next((f for f in fields(owner) if f.name == rest[0]), None)
-        return entry.metadata.get("unit") if entry else None
-    if part in WHOLE_UNITS:
-        return WHOLE_UNITS[part]
-    return {"mass": "kg", "inertia": "kg m2"}.get(rest[0], "m")
-
-
-def _unit_of_path(mechanism: Mechanism, path: str) -> str | None:
-    """Return the unit of a path of a result, as far as its words tell."""
-    head, _, rest = path.partition("/")
-    if head.startswith("efforts"):
-        unit = unit_of(mechanism, rest)
-        return {"rad": "N m", "m": "N"}.get(unit or "")
-    if head == "drivers":
-        return unit_of(mechanism, rest.partition("/")[0]) if rest.endswith("/position") else None
-    return QUANTITIES.get(path.rpartition("/")[2])
-
-
 def _units_along(mechanism: Mechanism, tasks: Mapping[str, Task]) -> dict[str, str | None]:
     """Return the units of the coordinates that the tasks move, of those that move one."""
     moving = {n: task.moving_drivers for n, task in tasks.items() if isinstance(task, Driven)}
@@ -105,7 +75,7 @@ def _units_along(mechanism: Mechanism, tasks: Mapping[str, Task]) -> dict[str, s
 
 
 def check_units(mechanism: Mechanism, tasks: Mapping[str, Task], data: Mapping[str, Any]) -> None:
-    """Raise for suffixes of sketched and driven values that are not units of their coordinates."""
+    """Raise for suffixes that are not units of what their keys belong to."""
     given = split_keys(data.get("parameters", {}), mechanism.parameters)
     typed = {base: suffix for base, suffix in given.values() if suffix}
     if typed:
@@ -113,45 +83,89 @@ def check_units(mechanism: Mechanism, tasks: Mapping[str, Task], data: Mapping[s
             check_parameters(mechanism, tasks, typed)
         except MechdaeError as error:
             raise error.inside("parameters") from None
-    along, expected = _units_along(mechanism, tasks), data.get("expected", [])
-    values = [_unit_of_path(mechanism, str(table.get("what", ""))) for table in expected]
-    for k, (table, value) in enumerate(zip(expected, values, strict=True)):
-        at = along.get(table.get("task", ""))
-        try:
-            check_suffixes(table, {"value": value, "abs": value, "time": "s", "at": at})
-        except MechdaeError as error:
-            raise error.inside(f"expected[{k}]") from None
-    sketch = data.get("sketch", {})
-    names = [base for base, _ in split_keys(sketch, ()).values()]
-    try:
-        check_suffixes(sketch, {name: unit_of(mechanism, name) for name in names})
-    except MechdaeError as error:
-        raise error.inside("sketch") from None
-    for name, task in data.get("tasks", {}).items():
-        for word in VARIED if tasks[name].kind == "study" else ():
-            for entry in task.get(word, ()):
-                base, suffix = split_known(entry, mechanism.parameters)
-                try:
-                    check_number(mechanism, base, suffix)
-                    if suffix and base in mechanism.parameters:
-                        check_parameter(mechanism, tasks, base, suffix)
-                except MechdaeError as error:
-                    raise error.inside(f"tasks.{name}.{word}") from None
-        if not isinstance(tasks[name], Driven):
-            continue
-        tables = [("driver", task["driver"])] if "driver" in task else []
-        tables += [(f"drivers[{k}]", item) for k, item in enumerate(task.get("drivers", ()))]
-        for place, table in tables:
+    along, unit_of = _units_along(mechanism, tasks), partial(unit_within, mechanism, None)
+    checks: list[Check] = []
+    for k, table in enumerate(data.get("expected", ())):
+        units = {"time": "s", "at": along.get(table.get("task", ""))}
+        if [key for key in table if key.startswith(("value_", "abs_"))]:
+            units |= dict.fromkeys(("value", "abs"), path_unit(mechanism, table["what"]) or None)
+        checks.append((f"expected[{k}]", table, units))
+    sketched = _names(data.get("sketch", {}), "")
+    checks.append(("sketch", sketched, {name: unit_of(name) for name in sketched.values()}))
+    for section, values in (("loads", mechanism.loads), ("tasks", tasks)):
+        for name, table in data.get(section, {}).items():
+            unit_of = partial(unit_within, mechanism, values[name])
+            checks += _of_table(mechanism, tasks, values[name], table, f"{section}.{name}", unit_of)
+    check_each(checks)
+
+
+def _of_table(
+    mechanism: Mechanism, tasks: Mapping[str, Task], value: Value, table: Mapping[str, Any],
+    place: str, unit_of: UnitOf,
+) -> Iterator[Check]:  # fmt: skip
+    """Yield the checks of the table of a load or a task, or of a `value` in it.
+
+    Raises
+    ------
+    InputError
+        A suffix of a parameter that does not fit its uses.
+    """
+    if [key for key in table if "_" in key]:
+        units = value.units_by_key(unit_of).items()
+        yield place, table, {key: unit for key, unit in units if not isinstance(unit, Mapping)}
+    inner = [(key, given) for key, given in table.items() if _has_tables(given)]
+    known = {entry.name.rstrip("_"): entry for entry in fields(value)}
+    for key, given in inner:
+        base, above = (key, "") if key in known else split_known(key, known)
+        kind = known[base].metadata.get("kind") if base in known else ""
+        if kind == "start":
+            names, rate = _names(given, above), RATES.get(base, "")
+            units_of = {name: unit_of(f"{name}{rate}") for name in names.values()}
+            yield f"{place}.{key}", names, units_of
+        elif kind in NAMED and isinstance(given, Mapping):
             try:
-                check_suffixes(table, units_of_driver(mechanism, table["coordinate"]))
+                _check_numbers(mechanism, tasks, given, above)
             except MechdaeError as error:
-                raise error.inside(f"tasks.{name}.{place}") from None
+                raise error.inside(f"{place}.{key}") from None
+        elif kind in NESTED:
+            several, content = isinstance(given, list), getattr(value, known[base].name)
+            pairs = zip(given, content, strict=True) if several else [(given, content)]
+            for k, (part, described) in enumerate(pairs):
+                if isinstance(part, Mapping):
+                    where = f"{place}.{key}[{k}]" if several else f"{place}.{key}"
+                    yield from _of_table(mechanism, tasks, described, part, where, unit_of)
 
 
-def units_of_driver(mechanism: Mechanism, name: str) -> dict[str, str | None]:
-    """Return the units of the keys of a driver of a coordinate, None where it has none."""
-    unit = unit_of(mechanism, name)
-    return {key: f"{unit}{rate}" if unit else None for key, rate in RATES.items()}
+def _has_tables(given: object) -> bool:
+    """Return whether an entry is a table, or a list of tables."""
+    first = given[0] if isinstance(given, list) and given else given
+    return isinstance(first, Mapping)
+
+
+def _check_numbers(
+    mechanism: Mechanism, tasks: Mapping[str, Task], table: Mapping[str, Any], above: str
+) -> None:
+    """Raise for parameters that a suffix of theirs, or of the table `above`, does not fit."""
+    for entry in table:
+        name, suffix = split_known(entry, mechanism.parameters)
+        suffix = suffix or above
+        if suffix and name in mechanism.parameters:
+            check_parameters(mechanism, tasks, {name: suffix})
+        elif suffix:
+            check_number(mechanism, name, suffix)
+
+
+def _names(table: Mapping[str, Any], above: str, before: str = "") -> dict[str, str]:
+    """Return the coordinates of a table as they are typed -> without a unit."""
+    found: dict[str, str] = {}
+    for key, value in table.items():
+        typed = f"{before}{key}"
+        base, suffix = split_unit(typed) if "_" in typed else (typed, "")
+        if isinstance(value, Mapping):
+            found |= _names(value, suffix or above, f"{base}.")
+        else:
+            found[f"{base}{suffix or above}"] = base
+    return found
 
 
 def written_units(

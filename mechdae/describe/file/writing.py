@@ -10,16 +10,16 @@ import json
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import fields, replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from mechdae.describe.coordinates import unit_of
+from mechdae.describe.coordinates import unit_of, unit_within
 from mechdae.describe.dimensions import parameter_units
 from mechdae.describe.file.load import SCHEMA
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.file.reading import split_known, to_si
 from mechdae.describe.file.tabulated import write_tables
-from mechdae.describe.file.units import units_of_driver
 from mechdae.describe.joints.joint import Joint
 from mechdae.describe.loads import TableLoad
 from mechdae.describe.mechanism import TOLERANCE, Mechanism
@@ -145,7 +145,7 @@ def _dumps(problem: Problem, suffixes: Mapping[str, str]) -> str:
             lines.append(f"{entry} = {_text(getattr(problem, entry))}")
     tasks = {name: given(task) for name, task in problem.tasks.items()}
     for table in [table for table in tasks.values() if suffixes and "driver" in table]:
-        units = units_of_driver(problem.mechanism, table["driver"].coordinate)
+        units = table["driver"].units_by_key(partial(unit_within, problem.mechanism, None))
         table["driver"] = _suffixed(given(table["driver"]), units, suffixes)
     expected = [given(entry) for entry in problem.expected]
     typed, plain = problem.pattern, False

@@ -22,7 +22,7 @@ from mechdae.errors import InputError
 from mechdae.records import dataclass, key, optional
 
 if TYPE_CHECKING:
-    from mechdae.describe.values import EvaluatedOrNone, FloatRowsOrNone, Names, Numbers
+    from mechdae.describe.values import EvaluatedOrNone, FloatRowsOrNone, Names, Numbers, UnitOf
 
 Bounds = tuple[float, float]
 EVERYWHERE = (-float("inf"), float("inf"))
@@ -235,6 +235,9 @@ class LimitConstraint(Constraint):
     max: float | None = optional("number")
 
     kind: ClassVar[str] = "limit"
+
+    def units_by_key(self, unit_of: UnitOf) -> dict[str, str | None]:
+        return dict.fromkeys(("min", "max"), unit_of(self.quantity.path))
 
     @property
     def quantity(self) -> Minimise:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 from mechdae.describe.expression import unknown_name
 from mechdae.describe.mechanism import Mechanism
@@ -10,6 +11,9 @@ from mechdae.describe.named import check_expression
 from mechdae.describe.values import Number, Value
 from mechdae.errors import InputError, MechdaeError
 from mechdae.records import dataclass, key, optional
+
+if TYPE_CHECKING:
+    from mechdae.describe.values import UnitOf
 
 
 @dataclass(frozen=True)
@@ -25,6 +29,9 @@ class Find(Value):
     extreme: str | None = optional("text", choices=("max", "min"))
     direction: str = optional("text", "both", choices=("both", "up", "down"))
     name: str | None = optional("text", doc="how the event is called")
+
+    def units_by_key(self, unit_of: UnitOf) -> dict[str, str | None]:
+        return {"crosses": unit_of(self.output)}
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -20,7 +20,7 @@ from mechdae.errors import InputError, MechdaeError, UnavailableError, UnknownNa
 from mechdae.records import dataclass, key, optional
 
 if TYPE_CHECKING:
-    from mechdae.describe.values import NumberRows, NumbersOrNone
+    from mechdae.describe.values import NumberRows, NumbersOrNone, UnitOf
 
 FITS = ("least-squares", "exact", "minimax")
 UNIT_LENGTH = 1e-4
@@ -111,6 +111,9 @@ class _Visiting(GoalDescription):
     steps: NumbersOrNone = optional("numbers", doc="the same from a free start")
     closed: bool = optional("flag", False)
     measure: str = optional("text", "least-squares", choices=FITS)
+
+    def units_by_key(self, unit_of: UnitOf) -> dict[str, str | None]:
+        return {"at": unit_of(""), "steps": unit_of("")}
 
     def visits(self, what: str, word: str, size: int) -> Visits:
         """Return what is visited, as a search reads it.
@@ -203,6 +206,14 @@ class FunctionTargets(GoalDescription):
     measure: str = optional("text", "least-squares", choices=FITS)
 
     kind: ClassVar[str] = "function"
+
+    def units_by_key(self, unit_of: UnitOf) -> dict[str, str | None]:
+        input_, output = unit_of(self.input or ""), unit_of(self.output)
+        either = input_ if input_ == output else f"{input_} and {output}"
+        return {
+            **{"input_range": input_, "input_start": input_, "targets": either},
+            **{"output_range": output, "output_start": output},
+        }
 
     @property
     def senses(self) -> tuple[int, ...]:

@@ -17,7 +17,7 @@ from mechdae.records import dataclass, key, optional
 if TYPE_CHECKING:
     from mechdae.describe.loads import TimeTable
     from mechdae.describe.tasks.finds import Find
-    from mechdae.describe.values import NamesOrNone, NumbersOrNone
+    from mechdae.describe.values import NamesOrNone, NumbersOrNone, UnitOf
     from mechdae.records import Takes
 
     Finds = Takes[
@@ -104,6 +104,14 @@ class Driver(Value):
         if self.speed is not None:
             return self.speed
         return -1.0 if self.direction == "negative" else 1.0
+
+    def units_by_key(self, unit_of: UnitOf) -> dict[str, str]:
+        unit = unit_of(self.coordinate)
+        if unit is None:
+            return {}
+        place = unit if self.law is None else "s"
+        rates = {"speed": f"{unit}/s", "acceleration": f"{unit}/s2", "jerk": f"{unit}/s3"}
+        return {"at": unit, "from": place, "to": place, "law": unit, "times": "s", **rates}
 
     @classmethod
     def from_table(cls, table: Mapping[str, Any]) -> Mapping[str, Any]:

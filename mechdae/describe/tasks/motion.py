@@ -25,7 +25,13 @@ from mechdae.records import dataclass, key, optional
 
 if TYPE_CHECKING:
     from mechdae.describe.tasks.kinds import Drivers
-    from mechdae.describe.values import NamesOrNone, NumbersOrNone, NumberTableOrNone
+    from mechdae.describe.values import (
+        KeyUnit,
+        NamesOrNone,
+        NumbersOrNone,
+        NumberTableOrNone,
+        UnitOf,
+    )
     from mechdae.records import Takes
 
 
@@ -41,6 +47,9 @@ class Watched(Value):
     name: str | None = optional("text", doc="of the event; absent: the coordinate")
     direction: str = optional("text", "both", choices=("both", "up", "down"))
     stop: bool = optional("flag", False, doc="the motion ends there")
+
+    def units_by_key(self, unit_of: UnitOf) -> dict[str, str | None]:
+        return {"crosses": unit_of(self.coordinate)}
 
 
 nest("events", Nested("event", {"": Watched}, "events = [{...}]", several=True))
@@ -64,11 +73,11 @@ class Motion(Task):
     start: NumberTableOrNone = optional("start", doc="coordinate -> value; absent: the sketch")
     start_speed: NumberTableOrNone = optional("start", doc="coordinate -> speed; absent: at rest")
     drivers: Drivers = optional("drivers")
-    until: Number | None = optional("number", doc="time of the end [s]")
-    at: NumbersOrNone = optional("numbers", doc="times of output [s]")
+    until: Number | None = optional("number", doc="time of the end", unit="s")
+    at: NumbersOrNone = optional("numbers", doc="times of output", unit="s")
     poses: int | None = optional("whole", doc="outputs at equal intervals")
     tolerance: Number | None = optional("number", doc="relative error of a step, 1e-9")
-    max_step: Number | None = optional("number", doc="longest step [s]")
+    max_step: Number | None = optional("number", doc="longest step", unit="s")
     method: str | None = optional(
         "text",
         choices=("explicit", "bdf", "radau", "auto"),
@@ -83,13 +92,15 @@ class Motion(Task):
     impact: str | None = optional(
         "text", choices=("newton", "poisson"), doc="law of joints that hit their stops"
     )
-    v_s: Number | None = optional("number", doc="slope speed of smooth friction [m/s]")
-    omega_s: Number | None = optional("number", doc="the same of pairs that turn [rad/s]")
+    v_s: Number | None = optional("number", doc="slope speed of smooth friction", unit="m/s")
+    omega_s: Number | None = optional("number", doc="the same of pairs that turn", unit="rad/s")
     events: Takes[Sequence[Watched] | None, tuple[Watched, ...] | None] = optional(
         "events", doc="crossings: coordinate, crosses, name, direction, stop"
     )
     outputs: NamesOrNone = optional("names")
-    linearise: Number | None = optional("number", doc="time of the linear system A, B, C, D [s]")
+    linearise: Number | None = optional(
+        "number", doc="time of the linear system A, B, C, D", unit="s"
+    )
     inputs: NamesOrNone = optional("names", doc="inputs of the linear system")
 
     kind: ClassVar[str] = "motion"
@@ -98,6 +109,10 @@ class Motion(Task):
     @property
     def way(self) -> int:
         return 3
+
+    def units_by_key(self, unit_of: UnitOf) -> dict[str, KeyUnit]:
+        speeds = {n: unit_of(f"{n.removesuffix('.speed')}.speed") for n in self.start_speed or ()}
+        return {"start": {name: unit_of(name) for name in self.start or ()}, "start_speed": speeds}
 
     def check(self, mechanism: Mechanism) -> None:
         selection(mechanism, self.outputs, forces=True)
@@ -150,6 +165,9 @@ class Equilibrium(Task):
     kind: ClassVar[str] = "equilibrium"
     holds: ClassVar[tuple[str, ...]] = ("poses", "small motions")
     on_mode: ClassVar[bool] = True
+
+    def units_by_key(self, unit_of: UnitOf) -> dict[str, KeyUnit]:
+        return {"start": {name: unit_of(name) for name in self.start or ()}}
 
     def check(self, mechanism: Mechanism) -> None:
         selection(mechanism, self.outputs, forces=True)

@@ -7,13 +7,15 @@ A second polynomial of lower order says how far the number may be off.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
+from mechdae.describe.dimensions import parameter_units
 from mechdae.describe.file.problem import Problem
+from mechdae.describe.series_units import path_unit
 from mechdae.describe.tasks.kinds import Sweep, Task
 from mechdae.describe.tasks.motion import Equilibrium, Motion
 from mechdae.errors import InputError, UnknownName
@@ -80,6 +82,19 @@ def base_of(
             )  # fmt: skip
         raise UnknownName("task", name, known, where="of")
     return name, known[name]
+
+
+def units_of(
+    problem: Problem, name: str, parameters: Iterable[str], paths: Iterable[str]
+) -> dict[str, str]:
+    """Return the units of parameters and of paths of a task, as far as they are known."""
+    mechanism = problem.mechanism
+    given = parameter_units(mechanism, problem.tasks.values()) | parameter_units(mechanism)
+    moving = getattr(problem.tasks[name], "moving_drivers", ())
+    along = moving[0].coordinate if moving else ""
+    found = {key: given.get(key, "") for key in parameters}
+    found |= {path: path_unit(mechanism, path, along) for path in paths}
+    return {key: unit for key, unit in found.items() if unit}
 
 
 def prepared(problem: Problem, name: str, paths: tuple[str, ...]) -> Problem:

@@ -21,12 +21,11 @@ import numpy as np
 from mechdae import __version__
 from mechdae.describe.coordinate_kinds import KINDS
 from mechdae.describe.coordinate_names import coordinate_names
-from mechdae.describe.dimensions import parameter_units
 from mechdae.describe.expression import evaluate
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.mechanism import Mechanism
 from mechdae.describe.tasks.studies import Study
-from mechdae.design.derivatives.figures import base_of, prepared
+from mechdae.design.derivatives.figures import base_of, prepared, units_of
 from mechdae.design.jobs.call import Workers
 from mechdae.design.jobs.log import JobLog, kept
 from mechdae.design.studies.rows import OF_PARTS, Computer, PortionRows, Sets, computed, text_of
@@ -292,12 +291,11 @@ def study(
     collector = Collector(computer, sets, progress)
     collector.run(workers, executor, out, name)
     status = collector.status
-    units = parameter_units(problem.mechanism, problem.tasks.values())
     summary = {
         "sets": len(sets),
         "of": base_name,
         "status": {str(word): status.count(word) for word in dict.fromkeys(status)},
-        "units": {key: units[key] for key in names if key in units},
+        "units": units_of(problem, base_name, names, task.outputs),
         "work": {"together": collector.together, "alone": len(sets) - collector.together},
     }
     summary["certified"] = bool(computer.certify or computer.batch is None)

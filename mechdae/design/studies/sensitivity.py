@@ -24,7 +24,7 @@ from mechdae.describe.tasks.motion import Equilibrium, Motion, Reactions
 from mechdae.describe.tasks.studies import Sensitivity, Study, half_widths
 from mechdae.design.derivatives import figures
 from mechdae.design.derivatives.composed import Composed, is_series, without_expressions
-from mechdae.design.derivatives.figures import base_of, prepared
+from mechdae.design.derivatives.figures import base_of, prepared, units_of
 from mechdae.dynamics.rest.implicit import Implicit
 from mechdae.equations.model import FUNCTIONS
 from mechdae.errors import InputError, SolveError, UnknownName
@@ -92,9 +92,8 @@ def sensitivity(problem: Problem, name: str, task: Sensitivity) -> SensitivityRe
     if isinstance(base, Sweep) and series:
         with placed(literal, base_name):
             poses = _Poses(literal, base_name, base, series, names)
-        whole, found = poses.result, poses.found(task.order)
-    else:
-        whole = _solved(literal, base_name)
+        found = poses.found(task.order)
+    whole = _solved(literal, base_name) if rest or poses is None else poses.result
     if isinstance(base, Equilibrium) and task.order == 1:
         found = _at_rest(literal, base, names, rest)
         rest = [path for path in rest if path not in found]
@@ -118,6 +117,7 @@ def sensitivity(problem: Problem, name: str, task: Sensitivity) -> SensitivityRe
         "of": base_name,
         "wrt": names,
         "order": task.order,
+        "units": units_of(problem, base_name, names, paths),
         "exact": series,
         "differenced": rest,
         **({"implicit": implicit} if implicit else {}),

@@ -12,6 +12,7 @@ import numpy as np
 
 from mechdae.describe.coordinates import unit_of
 from mechdae.describe.file.problem import Problem
+from mechdae.describe.series_units import path_unit
 from mechdae.describe.tasks.goals import (
     Asked,
     Extreme,
@@ -23,7 +24,6 @@ from mechdae.describe.tasks.goals import (
 from mechdae.design.synthesis.ipopt import Optimum
 from mechdae.design.synthesis.search import MOST, NO_LIMIT, PICK
 from mechdae.numerics.dominance import undominated
-from mechdae.results.units import path_unit
 from mechdae.types import Floats, Json
 
 WIDE = 30.0

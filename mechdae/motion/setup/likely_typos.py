@@ -10,9 +10,9 @@ from itertools import combinations
 import numpy as np
 
 from mechdae.describe.coordinates import coordinate
+from mechdae.describe.dimensions import automatic_units
 from mechdae.describe.expression import evaluate
 from mechdae.describe.file.problem import Problem
-from mechdae.describe.file.units import unit_of_number
 from mechdae.describe.mechanism import GROUND, Mechanism
 from mechdae.describe.tasks.kinds import Driven
 
@@ -44,7 +44,7 @@ def doubts(problem: Problem) -> list[str]:
 
 def driver_slips(task: Driven, mechanism: Mechanism) -> list[str]:
     """Return notes about values of drivers that look like degrees or millimetres."""
-    notes, lengths = [], sum(size for size, _ in _lengths(mechanism))
+    notes = []
     for k, driver in enumerate(task.all_drivers):
         c = coordinate(mechanism, driver.coordinate)
         if driver.law is not None:
@@ -57,6 +57,7 @@ def driver_slips(task: Driven, mechanism: Mechanism) -> list[str]:
         word, value = max(plain.items(), key=lambda item: abs(item[1]), default=("", 0.0))
         place = "driver" if task.drivers is None else f"drivers[{k}]"
         if not c.is_angle:
+            lengths = sum(size for size, _ in _lengths(mechanism, mechanism.values()))
             if lengths and abs(value) > TIMES * lengths:
                 words = ", ".join(f"{name}_mm" for name in plain)
                 notes.append(
@@ -73,7 +74,7 @@ def driver_slips(task: Driven, mechanism: Mechanism) -> list[str]:
 
 def long_length(mechanism: Mechanism) -> str:
     """Return a message about a length that dwarfs all others together, else an empty text."""
-    return _longest([item for item in _lengths(mechanism) if item[0] > 0])
+    return _longest([item for item in _lengths(mechanism, mechanism.values()) if item[0] > 0])
 
 
 def _longest(lengths: list[tuple[float, Callable[[], str]]]) -> str:
@@ -95,9 +96,9 @@ def odd_lengths(mechanism: Mechanism) -> list[str]:
     One more than ten times all others together, one below a thousandth of the largest, radii and
     other sizes of joints and loads more than ten times the largest; links of negative length.
     """
-    sizes = [item for item in _lengths(mechanism) if item[0] > 0]
-    long = _longest(sizes)
     values = mechanism.values()
+    sizes = [item for item in _lengths(mechanism, values) if item[0] > 0]
+    long = _longest(sizes)
     notes = [*_backward(mechanism, values), *([long] if long else [])]
     if long or not sizes:
         return notes
@@ -108,10 +109,11 @@ def odd_lengths(mechanism: Mechanism) -> list[str]:
                 f"{key()}, {largest / size:.0f} times less than the largest length: is that in "
                 "millimetres? (points, length, NAME without a suffix are in metres)"
             )
-    for name, _ in mechanism.numbers():
-        part = name.partition(".")[0]
-        of_joint = part in mechanism.joints or part == "loads"
-        if of_joint and unit_of_number(mechanism, name) == "m" and name in values:
+    owners = (*mechanism.joints, "loads")
+    named = [name for name in values if name.partition(".")[0] in owners]
+    units = dict(automatic_units(mechanism)) if named else {}
+    for name in named:
+        if units.get(name) == "m":
             size = abs(values[name])
             if math.isfinite(size) and size > TIMES * largest:
                 notes.append(
@@ -136,9 +138,11 @@ def _backward(mechanism: Mechanism, values: Mapping[str, float]) -> list[str]:
     return notes
 
 
-def _lengths(mechanism: Mechanism) -> Iterator[tuple[float, Callable[[], str]]]:
+def _lengths(
+    mechanism: Mechanism, values: Mapping[str, float]
+) -> Iterator[tuple[float, Callable[[], str]]]:
     """Yield the largest distance between joint points of each body, other lengths, their names."""
-    values, axes = mechanism.values(), mechanism.axes
+    axes = mechanism.axes
     points: dict[str, dict[str, tuple[float, ...]]] = {}
     for joint in mechanism.joints.values():
         for reference in (joint.first, joint.second):

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 
-from mechdae.results import Result, ShownUnit, parameter_units
-from mechdae.results.tables.text import fitted_lines, in_unit
+from mechdae.results import Result, ShownUnit, per
+from mechdae.results.columns import components
+from mechdae.results.tables.text import Column, cells, fitted_lines, in_unit, size_of
 from mechdae.types import Floats
 
 ROWS = 13
@@ -29,6 +29,7 @@ def derivatives_text(result: Result, width: int) -> str:
             word = f"{first}2" if first == other else f"{first} d {other}"
             named.append(scale(f"d2/d {word}", second, first, other))
         lines += _columns(result, path, named, width)
+        lines += ["    (SI where no unit is named)"] if scale.unknown else []
         errors = result.data.get("estimated_error", {}).get(path)
         if errors:
             worst = max(
@@ -47,20 +48,20 @@ class _Scale:
     def __init__(self, result: Result, path: str) -> None:
         self.units = result.units
         self.own = result.units.of(result.path_unit(path))
-        self._given = parameter_units(result.mechanism)
+        self._given, self.unknown = result.summary.get("units", {}), False
 
     def __call__(self, title: str, values: Floats | float, *by: str) -> tuple[str, Floats | float]:
-        """Return title with unit, and values; ``by`` are the parameters of a derivative."""
-        scale = per(self.own, [self.units.of(self._given.get(name) or "") for name in by])
-        has_unit = self.own.name and scale.name != "1"
-        return (f"{title} [{scale.name}]" if has_unit else title), np.asarray(values) * scale.factor
+        """Return title with unit, and values; ``by`` are the parameters of a derivative.
 
-
-def per(unit: ShownUnit, below: Sequence[ShownUnit]) -> ShownUnit:
-    """Return the unit of a derivative, or of a price: one unit over others."""
-    names = [f"({b.name})" if "/" in b.name or " " in b.name else b.name for b in below]
-    name = "/".join([unit.name or "1", *(name for name in names if name not in ("", "1"))])
-    return ShownUnit(name, unit.factor / math.prod(b.factor for b in below))
+        They stay in SI, without a unit, where one of the units is not known.
+        """
+        below = [self.units.of(self._given.get(name, "")) for name in by]
+        if not all(unit.name for unit in (self.own, *below)):
+            self.unknown = self.unknown or bool(self.units)
+            return title, values
+        scale = per(self.own, *below)
+        unit = f" [{scale.name}]" if scale.name != "1" else ""
+        return title + unit, np.asarray(values) * scale.factor
 
 
 def _columns(
@@ -68,17 +69,18 @@ def _columns(
 ) -> list[str]:
     """Return a table whose rows are poses (or numbers of a list), columns the values."""
     for_poses = path in result.summary["exact"]
-    head: list[tuple[str, list[str]]] = []
+    head: list[Column] = []
     count = len(result.status) if for_poses else 0
     if for_poses:
         for coordinate, series in result.drivers.items():
             shown = result.units.read(result.unit("drivers", coordinate, "position"))
             values = series.position * shown.factor
-            head.append((f"{coordinate} [{shown.name}]", [f"{v:.6g}" for v in values]))
+            head.append((f"{coordinate} [{shown.name}]", cells(values, size_of(values))))
     columns = []
     for title, array in named:
-        for word, column in _parts(title, np.asarray(array), for_poses):
-            columns.append((word, [f"{v:.9g}" if math.isfinite(v) else "-" for v in column]))
+        whole = np.asarray(array)
+        for word, column in _parts(title, whole, for_poses, path.rpartition("/")[2]):
+            columns.append((word, cells(column, size_of(whole), digits=9)))
     rows = list(range(len(columns[0][1])))
     if for_poses and count > ROWS:
         rows = sorted({round(k) for k in np.linspace(0, count - 1, ROWS).tolist()})
@@ -89,14 +91,13 @@ def _columns(
     return lines
 
 
-def _parts(title: str, array: Floats, for_poses: bool) -> Iterator[tuple[str, Floats]]:
+def _parts(title: str, array: Floats, for_poses: bool, word: str) -> Iterator[tuple[str, Floats]]:
     if not for_poses:
         yield title, array.reshape(-1)
-    elif array.ndim == 1:
-        yield title, array
-    else:
-        for axis, column in zip(range(array.shape[1]), array.T, strict=True):
-            yield f"{title} [{axis}]", column
+        return
+    name, bracket, unit = title.partition(" [")
+    for part, _, column in components(name, word, array, ""):
+        yield f"{part}{bracket}{unit}", column
 
 
 def _spread(result: Result, path: str, spread: dict[str, Any], own: ShownUnit) -> list[str]:

@@ -7,8 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.results import Result, Units, parameter_units
-from mechdae.results.tables.derivatives import per
+from mechdae.results import Result, Units, parameter_units, per
 from mechdae.results.tables.text import MOST, fact, fitted_lines, together
 
 Design = Mapping[str, Any]
@@ -120,7 +119,7 @@ def _price(name: str, price: float, given: Mapping[str, str], result: Result) ->
     Limits that are no parameter's are of lengths in metres, of angles as sines.
     """
     unit = result.units.of(result.summary.get("units", {}).get("objective", ""))
-    scale = per(unit, [result.units.of(given[name])] if given.get(name) else [])
+    scale = per(unit, *[result.units.of(given[name])] if given.get(name) else [])
     shown = f"{price * scale.factor:.4g} {scale.name}" if name in given else f"{price:.4g}"
     return f"{name} (price {shown.removesuffix(' 1')})"
 

@@ -8,10 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.results import Result, ShownUnit, Units, effort_unit, reaction_parts
+from mechdae.results import WEAR, Result, ShownUnit, Units, effort_unit, reaction_parts
 from mechdae.results.series import Summary
 from mechdae.results.tables.text import MOST, Column, cells, driver_value, fact, moves, together
-from mechdae.results.units import WEAR
 from mechdae.types import Floats, Json, Matrix, Points, Reactions
 
 FRICTION = {

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from mechdae.results import Result, kind_of
+from mechdae.results import UNITS, Result, kind_of
 from mechdae.results.tables.text import MOST, Column, cells, driver_value, in_unit, quantity, zero
-from mechdae.results.units import UNITS
 from mechdae.types import Floats
 
 RATIOS = ("_ratio", "_advantage", "_per_angle", "_per_slide", "_per_force", "_per_torque")

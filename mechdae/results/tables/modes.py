@@ -6,8 +6,7 @@ import numpy as np
 
 from mechdae.results import Result
 from mechdae.results.tables.facts import facts_text
-from mechdae.results.tables.text import Column, cells, fitted_lines, rows_of
-from mechdae.types import Floats
+from mechdae.results.tables.text import Column, cells, fitted_lines, rows_of, size_of
 
 FAULTS = 4
 """Sets with a fault that are shown."""
@@ -52,13 +51,13 @@ def study_text(result: Result, width: int) -> list[str]:
         words = [f"[{shown.name}]" if shown.name not in ("", "1") else ""]
         units += words * (1 if array.ndim == 1 else 2)
         if array.ndim == 1:
-            columns.append((path, cells(array, _size(array))))
+            columns.append((path, cells(array, size_of(array))))
             continue
         flat = array.reshape(len(array), -1)
         seen = np.isfinite(flat).any(axis=1)
         low, high = (np.full(len(flat), np.nan) for _ in range(2))
         low[seen], high[seen] = np.nanmin(flat[seen], axis=1), np.nanmax(flat[seen], axis=1)
-        size = _size(flat)
+        size = size_of(flat)
         columns += [(f"least {path}", cells(low, size)), (f"largest {path}", cells(high, size))]
     rows = rows_of(len(result))
     given = [
@@ -79,11 +78,6 @@ def study_text(result: Result, width: int) -> list[str]:
     if len(faults) > FAULTS:
         lines.append(f"  fault     in {len(faults) - FAULTS} more sets; --json has them")
     return lines
-
-
-def _size(values: Floats) -> float:
-    """Return the largest of the numbers that are there."""
-    return float(np.nanmax(np.abs(values), initial=0.0))
 
 
 MODES = (modes_text, facts_text)

@@ -32,8 +32,8 @@ FIXED = "\xa0"
 class Cells(Sequence[str]):
     """Numbers as text, written when they are looked at; what is not above the noise is 0."""
 
-    def __init__(self, values: Floats, noise: float) -> None:
-        self._values, self._noise = values, noise
+    def __init__(self, values: Floats, noise: float, digits: int) -> None:
+        self._values, self._noise, self._digits = values, noise, digits
 
     def __len__(self) -> int:
         return len(self._values)
@@ -48,15 +48,20 @@ class Cells(Sequence[str]):
         value = float(self._values[place])
         if math.isnan(value):
             return "-"
-        return f"{zero(value, self._noise):.6g}"
+        return f"{zero(value, self._noise):.{self._digits}g}"
 
 
 Column = tuple[str, Sequence[str]]
 
 
-def cells(values: Floats, size: float = 0.0, noise: float = 0.0) -> Sequence[str]:
+def cells(values: Floats, size: float = 0.0, noise: float = 0.0, digits: int = 6) -> Sequence[str]:
     """Return the numbers as text; what is `noise`, or rounding beside `size`, as 0."""
-    return Cells(values, max(noise, ROUNDING * size))
+    return Cells(values, max(noise, ROUNDING * size), digits)
+
+
+def size_of(array: Floats) -> float:
+    """Return the largest of some numbers, 0 without any that is finite."""
+    return float(np.max(np.abs(array[np.isfinite(array)]), initial=0.0))
 
 
 def zero(value: float, noise: float) -> float:

@@ -12,11 +12,11 @@ import numpy as np
 from mechdae.describe import GROUND, Mechanism, Problem, Sweep, coordinate
 from mechdae.describe.assumed import usual_speed
 from mechdae.describe.loads import Resistance
+from mechdae.describe.series_units import WEAR
 from mechdae.describe.tasks.motion import Reactions
 from mechdae.errors import InputError
 from mechdae.parts.types.chains.variants.scheme import moves
 from mechdae.records import dataclass
-from mechdae.results.units import WEAR
 from mechdae.types import Matrix
 
 Get = Callable[[str], Any]

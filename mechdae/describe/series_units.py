@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Container
+from dataclasses import fields
+
 from mechdae.describe.coordinate_kinds import KINDS as COORDINATES
 from mechdae.describe.coordinate_kinds import kind_of
 from mechdae.describe.coordinates import coordinate_unit
+from mechdae.describe.joints.joint import GAPS
 from mechdae.describe.mechanism import Mechanism
+from mechdae.describe.units import over
 
 UNITS = {
     "position": "m",
@@ -112,9 +117,26 @@ HISTORY = ("last", "highest", "lowest", "peak", "fluctuation", "settling")
 """First steps of paths that give one number of a motion's time history."""
 UNITS_OF_HISTORY = {"settling": "s", "fluctuation": "1"}
 """Units of those that are not in the unit of the path."""
+SHAKING = {"shaking/force": "N", "shaking/moment": "N m"}
 KINDS = ("drivers", "bodies", "points", "joints", "outputs")
 TURNS = tuple(word for word, kind in COORDINATES.items() if kind.unit == "rad")
 """Coordinates that are angles."""
+
+
+OWN_NAMES = frozenset(
+    "problem task kind mechanism title drivers bodies points joints outputs centres status bound "
+    "condition labels events checks summary fault definition parameters table time efforts parts "
+    "solutions unique data scalars work".split()
+)
+"""First steps of paths that are no named outputs, whatever those are called."""
+
+
+def whole_path(outputs: Container[str], path: str) -> str:
+    """Return the path a named output stands for (``Theta``, ``Theta/rate``), else `path`."""
+    name, _, rest = path.partition("/")
+    if name in outputs and name not in OWN_NAMES:
+        return f"outputs/{name}/{rest or 'value'}"
+    return path
 
 
 def reaction_parts(name: str, width: int) -> tuple[tuple[str, ...], tuple[str, ...]]:
@@ -146,26 +168,45 @@ def effort_unit(mechanism: Mechanism, name: str) -> str:
     return "N m" if coordinate_unit(mechanism, name) == "rad" else "N"
 
 
-def path_unit(mechanism: Mechanism, path: str) -> str:
-    """Return the unit of what a whole path of a result names; empty where it is not known."""
-    word, _, rest = path.partition("/")
+def path_unit(mechanism: Mechanism, path: str, along: str = "") -> str:
+    """Return the unit of what a whole path of a result names; empty where it is not known.
+
+    ``along`` is the coordinate of the driver that moves.
+    """
+    word, _, rest = whole_path(mechanism.outputs, path).partition("/")
     if word in HISTORY:
-        return UNITS_OF_HISTORY.get(word) or path_unit(mechanism, rest)
+        return UNITS_OF_HISTORY.get(word) or path_unit(mechanism, rest, along)
     part, _, name = rest.rpartition("/")
+    if word == "outputs" and (part not in mechanism.outputs or name not in OUTPUT_RATES):
+        return ""
     if word in KINDS and part:
         return "" if name.startswith("reaction") else series_unit(mechanism, word, part, name)
     if word.startswith("efforts"):
         return effort_unit(mechanism, rest)
     if word == "summary":
-        return _summary_unit(mechanism, rest.split("/"))
+        return _summary_unit(mechanism, rest.split("/"), along)
     if word == "work":
         return "J"
-    return UNITS.get(path.rsplit("/", 1)[-1], "")
+    return SHAKING.get(path) or UNITS.get(path.rsplit("/", 1)[-1], "")
 
 
-def _summary_unit(mechanism: Mechanism, steps: list[str]) -> str:
+def price_unit(mechanism: Mechanism, unit: str, joint: str) -> str:
+    """Return the unit of what a quantity in `unit` grows by with the gap of a joint."""
+    owner = mechanism.joints.get(joint)
+    for entry in fields(owner) if owner is not None else ():
+        if entry.name in GAPS and getattr(owner, entry.name) is not None:
+            return over(unit, entry.metadata["unit"])
+    return ""
+
+
+def _summary_unit(mechanism: Mechanism, steps: list[str], along: str) -> str:
     """Return the unit of an entry of the summary."""
     word, last = steps[0], steps[-1]
+    if last in ("at", "from", "to"):
+        return coordinate_unit(mechanism, along) if along else ""
+    if word == "play" and len(steps) > 5:
+        unit = series_unit(mechanism, *steps[2:5])
+        return price_unit(mechanism, unit, last) if steps[5] == "price" else unit
     if word in SUMMARY:
         return SUMMARY[word]
     if word.startswith("loss_by_joint"):
