@@ -26,7 +26,7 @@ from mechdae.motion.setup.named_outputs import NamedOutputs, requests
 from mechdae.motion.setup.outputs import Outputs
 from mechdae.records import dataclass
 from mechdae.results import Named, Series
-from mechdae.types import Floats, Graph, Integers, Matrix, Reactions, Sym, Unknowns
+from mechdae.types import Booleans, Floats, Graph, Integers, Matrix, Reactions, Sym, Unknowns
 
 if TYPE_CHECKING:
     from mechdae.equations.motion_equations import Released
@@ -36,6 +36,8 @@ if TYPE_CHECKING:
     from mechdae.results.series import LazyPart
 
 SX = ca.SX
+LEAST = 1e-9
+"""Share of the largest force that holds up to which a limit of friction is none."""
 
 
 def over_states(
@@ -186,7 +188,7 @@ class Reported:
 
     def with_reactions(
         self, joints: Named, reactions: Mapping[str, Floats | LazyPart],
-        more: Mapping[str, Mapping[str, Floats]] | None = None,
+        more: Mapping[str, Mapping[str, Floats | LazyPart]] | None = None,
     ) -> Named:  # fmt: skip
         found = {}
         for joint in self.chosen.joints:
@@ -326,6 +328,23 @@ class Observer:
         inner = np.zeros((len(s.t), self.kernel.inner))
         inner[:, : s.lam.shape[1]] = s.lam
         return inner
+
+    def holds(self, s: States) -> Booleans:
+        """Return which slips and contacts may bear a force at rest, (n, k).
+
+        One that a contact keeps at rest bears none without a limit of its friction.
+        """
+        count, found = self.r.rubbing.count, self.r.locked(s.signs)
+        beside = found[:, :count] & (s.signs[:, count : 2 * count] == 0)
+        rows = np.flatnonzero(beside.any(axis=1))
+        if len(rows):
+            decisive = self.kernel.batch("sticking", lambda: self.kernel.sticking, ())
+            at = (s.t[rows, None], s.x[rows], s.v[rows], s.signs[rows])
+            _, _, held, low, high, _ = decisive(*at)
+            least = LEAST * np.abs(held).max(initial=0.0)
+            idle = (high - low)[:, :count] <= least
+            found[rows, :count] &= ~(beside[rows] & idle)
+        return found
 
     def loads(self, s: States) -> float:
         """Return the largest load on a body over the states, times a length of the mechanism."""

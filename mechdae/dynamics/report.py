@@ -187,7 +187,7 @@ class _Shown:
         order = [name for name in reported.chosen.named if name in series]
         self.tables["outputs"] = Named("output", {name: Series(series[name]) for name in order})
         joints = self.tables["joints"]
-        contacts = [touching.series(states) for touching in run.touching]
+        contacts = [touching.series(states, forces) for touching in run.touching]
         self.tables["joints"] = reported.with_reactions(joints, forces.series(), *contacts)
 
     def last(self) -> tuple[dict[str, list[float]], dict[str, float]]:

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mechdae.dynamics.output_values import Observer, States, alike
+from mechdae.equations.forces.feedback import Unilateral
 from mechdae.equations.forces.joint_reactions import lock_columns, row_columns
 from mechdae.equations.model import Model
 from mechdae.equations.motion_equations import row_size
@@ -43,10 +44,12 @@ class Unique:
     ``lost`` (n, joints) tells the states at which a joint's reaction is not unique as a whole,
     ``multipliers`` (rows,) those that are unique at the end, ``dependent`` the equations that
     always depend on each other, ``joints`` the unique parts of the other reactions in the form
-    of `Result.unique`; ``summary`` and ``notes`` go to the result.
+    of `Result.unique`; ``summary`` and ``notes`` go to the result. ``contacts`` (n, contacts) tells
+    the states at which the force of a contact is not unique.
     """
 
     lost: Booleans
+    contacts: Booleans
     multipliers: Booleans
     dependent: list[str]
     joints: dict[str, dict[str, Any]] = field(default_factory=dict)
@@ -87,18 +90,23 @@ class _Holding:
         used[self.rows : self.rows + self.slips] = locked
         N = self._null(B, used)
         for k in range(self.rows + self.slips, B.shape[1]):
-            of_joint = [i for i in range(self.rows) if self.owners[i] == self.owners[k]]
+            of_joint = [i for i, owner in enumerate(self.owners[:k]) if owner == self.owners[k]]
             used[k] = bool(np.abs(N[of_joint]).max(initial=0.0) > ZERO)
         return self._null(B, used) if used[self.rows + self.slips :].any() else N
 
     def left(self, q: Unknowns, rows: Integers, locked: Booleans) -> tuple[Stressed, Any, Any]:
-        """Return what is unique at poses, some slips locked: as a whole, joints, multipliers."""
-        if not self.rows or not len(rows):
+        """Return what is unique at poses, some slips locked: as a whole, joints, multipliers.
+
+        Behind the multipliers of rows are forces that hold slips and contacts.
+        """
+        if not (self.rows or locked.any()) or not len(rows):
             nothing = Stressed(None, rows, q[rows], [])
-            return nothing, np.zeros(len(self.names), bool), np.ones(self.rows, bool)
+            unique_ones = np.ones(self.rows + self.slips, bool)
+            return nothing, np.zeros(len(self.names), bool), unique_ones
         found = self.maps.stressed(q, rows, lambda B: self.stresses(B, locked))
         open_ = np.max([np.abs(N).max(axis=1, initial=0.0) for N in found.null], axis=0)
-        return found, np.isin(self.names, found.lost), open_[: self.rows] <= ZERO
+        alone = open_[: self.rows + self.slips] <= ZERO
+        return found, np.isin(self.names, found.lost), alone
 
     def _null(self, B: Matrix, used: Booleans) -> Matrix:
         held = np.abs(B[:, used]).max(axis=1, initial=0.0) > 0
@@ -123,24 +131,31 @@ def unique(observer: Observer, s: States, q: Unknowns, reactions: dict[str, Floa
     n, slips = len(s.t), holding.slips
     there = np.flatnonzero(np.isfinite(q).all(axis=1))
     always, lost, known = holding.left(q, there, np.zeros(slips, bool))
-    dependent = [row.name for row, alone in zip(observer.r.rows, known, strict=True) if not alone]
-    found = Unique(np.tile(lost, (n, 1)), known, dependent)
+    known, rows_of = known[: holding.rows], observer.r.rows
+    dependent = [row.name for row, alone in zip(rows_of, known, strict=True) if not alone]
+    contacts = observer.r.unilateral
+    found = Unique(np.tile(lost, (n, 1)), np.zeros((n, len(contacts)), bool), known, dependent)
     if always.lost and reactions:
         _describe(found, observer.model, always, q, reactions)
-    for locked, rows in alike(observer.r.locked(s.signs)):
+    for locked, rows in alike(observer.holds(s)):
         if not locked.any():
             continue
         stressed, lost, known = holding.left(q, rows[np.isin(rows, there)], locked)
         found.lost[rows] = lost
+        open_ = (~known[holding.rows :] & locked)[slips - len(contacts) :]
+        found.contacts[rows] = open_
         if n - 1 in rows:
-            found.multipliers = known
+            found.multipliers = known[: holding.rows]
         more = [
             name
             for name in stressed.lost
             if name not in always.lost or _least(stressed, name) < _least(always, name)
         ]
-        if more:
-            found.notes.append(_together(holding, locked, more, float(s.t[rows[0]])))
+        what = [f"the reactions of {', '.join(more)}"] if more else []
+        pushed = dict.fromkeys(contacts[i].owner for i in np.flatnonzero(open_).tolist())
+        what += [f"forces of contacts of {', '.join(pushed)}"] if pushed else []
+        if what:
+            found.notes.append(_together(holding, locked, what, float(s.t[rows[0]])))
         for name in more:
             if name in found.joints:
                 found.joints[name]["values"][rows] = np.nan
@@ -165,12 +180,13 @@ def _describe(
     found.summary["unique_sums"] = resultants(model, sums, reactions)
 
 
-def _together(holding: _Holding, locked: Booleans, lost: list[str], t: float) -> str:
-    pairs = holding.r.lockable_pairs
-    stuck = list(dict.fromkeys(pairs[k].owner for k in np.flatnonzero(locked)))
+def _together(holding: _Holding, locked: Booleans, what: list[str], t: float) -> str:
+    pairs = [pair for pair, used in zip(holding.r.lockable_pairs, locked, strict=True) if used]
+    stuck = list(dict.fromkeys(pair.owner for pair in pairs))
+    touch = "touch or " if any(isinstance(pair, Unilateral) for pair in pairs) else ""
     return (
-        f"at t = {t:.6g} s {', '.join(stuck)} stick together, more of them than freedoms: the "
-        f"reactions of {', '.join(lost)} are not unique then and not given"
+        f"at t = {t:.6g} s {', '.join(stuck)} {touch}stick together, more of them than freedoms: "
+        f"{' and '.join(what)} are not unique then and not given"
     )
 
 

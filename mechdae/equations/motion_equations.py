@@ -210,10 +210,11 @@ class Released:
         return ca.vertcat(SX(0, 1), *self.rubbing.locks, self.closed)
 
     def locked(self, signs: Floats) -> Booleans:
-        """Return the same (n, k) from inputs (n, .)."""
+        """Return the same (n, k) from inputs (n, .), and slips at rest that contacts hold."""
         count, contacts = self.rubbing.count, len(self.unilateral)
+        ways, locks, resting = np.split(signs[:, : 3 * count], 3, axis=1)
         closed = signs[:, signs.shape[1] - contacts :]
-        return np.hstack([signs[:, count : 2 * count], closed]) > 0
+        return np.hstack([(locks > 0) | (resting > 0) & (ways == 0), closed > 0])
 
     @cached_property
     def slips(self) -> Sym:

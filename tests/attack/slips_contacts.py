@@ -16,6 +16,7 @@ from tests.shared.bouncing import (
     ball,
     disc,
     hits,
+    rubbing_slope,
     single_impacts,
     turned_rack,
     wheel_and_rack,
@@ -56,6 +57,12 @@ def teeth_on_bearings() -> float:
     result = moved(turned_rack())
     bearing = result.joints["O"].reaction[[0, -1], 0]
     return float(np.abs(bearing - along_teeth(np.array([1.0, -0.5]))).max() / 1e-9)
+
+
+def rests_at_stops() -> float:
+    result = moved(rubbing_slope(0.7, 0.1, 0.0, 1.0))
+    alone = np.isfinite(result.joints["floor"].contact_force[-1])
+    return np.inf if result.fault or alone else 0.0
 
 
 def chords() -> float:
@@ -109,6 +116,11 @@ SLIPS = [
          SUITE + "test_limits_without_a_restitution_are_passed_with_a_word"),
     Slip("equations.forces.dry_friction", "forms=contact.sign * one.forms", "forms=one.forms",
          teeth_on_bearings, SUITE + "test_teeth_change_flanks_where_the_torque_changes_its_sign"),
+    Slip("dynamics.watchers.sliding", "(moved <= RANK * without)", "(moved > 2 * without)",
+         rests_at_stops, SUITE + "test_what_rubs_rests_at_a_stop"),
+    Slip("dynamics.unique", "(~known[holding.rows :] & locked)",
+         "(~known[holding.rows :] & ~locked)",
+         rests_at_stops, SUITE + "test_what_rubs_rests_at_a_stop"),
     Slip("dynamics.contacts.gaps", "half + sign * form", "2 * half + sign * form", flank_times,
          SUITE + "test_a_rack_is_hit_by_one_flank_after_the_other"),
     Slip("dynamics.contacts.gaps", "(c - ca.sumsqr(model.ends[name].gap) / c) / 2",

@@ -20,6 +20,7 @@ from tests.shared.bouncing import (
     disc,
     hits,
     one_block,
+    rubbing_slope,
     single_impacts,
     turned_rack,
     two_blocks,
@@ -73,10 +74,8 @@ def test_methods_for_stiff_forces_meet_stops_too(method: str) -> None:
 
 def test_joints_that_rub_hit_stops_too() -> None:
     """Down a slope of 60 degrees with friction 0.1 in the guide, then up against it."""
-    data, slope, mu = ball(0.5, 1.2), math.pi / 3, 0.1
-    data["joints"]["floor"] |= {"axis": slope, "friction": mu}
-    data["tasks"]["m"]["tolerance"] = 1e-12
-    result = md.solve(from_dict(data), "m")
+    slope, mu = math.pi / 3, 0.1
+    result = md.solve(from_dict(rubbing_slope(slope, mu, 0.5, 1.2)), "m")
     down, up = (G * (math.sin(slope) - side * mu * math.cos(slope)) for side in (1, -1))
     first = math.sqrt(2 / down)
     speed = 0.5 * down * first
@@ -84,6 +83,44 @@ def test_joints_that_rub_hit_stops_too() -> None:
     assert hits(result)[:2] == pytest.approx([first, second], abs=1e-10)
     assert hits(result, "reversal")[0] == pytest.approx(first + speed / up, abs=1e-10)
     assert result.checks["energy"] <= 1e-11
+
+
+@pytest.mark.parametrize("slope", [0.3, 0.7, 1.0, 1.2, 1.5, math.pi / 2])
+@pytest.mark.parametrize(("mu", "e"), [(0.1, 0.0), (0.15, 0.5)])
+def test_what_rubs_rests_at_a_stop(slope: float, mu: float, e: float) -> None:
+    """Stop and friction share what pulls down: only their sum is unique, but without a load."""
+    result = md.solve(from_dict(rubbing_slope(slope, mu, e, 20.0)), "m")
+    assert result.fault is None
+    down, up = (G * (math.sin(slope) - side * mu * math.cos(slope)) for side in (1, -1))
+    first, share = math.sqrt(2 / down), e * math.sqrt(down / up)  # of speeds, by rise and fall
+    flights = e * down * first / up * (1 + math.sqrt(up / down)) / (1 - share)
+    (contact,) = [event for event in result.events if event["kind"] == "contact"]
+    assert contact["at"] == result.summary["rests_from"]
+    assert contact["at"] == pytest.approx(first + flights, abs=1e-5 if e else 1e-11)
+    floor = result.joints["floor"]
+    assert floor.reaction[-1, :2] == pytest.approx([0, 2 * G], abs=1e-9)
+    if slope == math.pi / 2:
+        assert floor.contact_force[-1] == pytest.approx(2 * G, abs=1e-9)
+    else:
+        assert math.isnan(floor.contact_force[-1])
+        assert "forces of contacts of floor are not unique" in said(result)
+
+
+def test_what_rubs_leaves_a_stop_when_all_forces_pass_zero() -> None:
+    """A vertical load 30 sin(5 t) less the weight presses and pulls at once."""
+    for slope, mu in (0.3, 0.1), (1.0, 0.5), (math.pi / 2, 0.1):
+        data = rubbing_slope(slope, mu, 0.0, 1.7)
+        data["loads"] = {"F": {"kind": "force", "point": "ball.P", "value": [0, "30*sin(5*t)"]}}
+        result = md.solve(from_dict(data), "m")
+        assert result.fault is None
+        release = (math.asin(2 * G / 30) + 2 * math.pi) / 5
+        assert hits(result, "release") == pytest.approx([release], abs=1e-11)
+        after = result.time > release
+        late, angle = result.time[after] - release, 5 * result.time[after]
+        turn = 3 * math.cos(5 * release) * late - 0.6 * (np.sin(angle) - math.sin(5 * release))
+        rate = math.sin(slope) - mu * math.cos(slope)
+        expected = (turn - G * late**2 / 2) * rate
+        assert result.joints["floor"].slide[after] == pytest.approx(expected, abs=1e-9)
 
 
 def test_a_closed_contact_has_no_linear_system() -> None:

@@ -16,7 +16,7 @@ BUDGETS = {
     "kernels": 7_500,
     "motion": 23_370,  # poses of several drivers at the speed of one
     "forces": 4_730,
-    "dynamics": 8_970,
+    "dynamics": 9_040,
     "design": 15_850,
     "tasks": 2_420,
     "cli": 1_720,
@@ -25,7 +25,7 @@ BUDGETS = {
 """Room -> most lines of its modules; some of them import what annotations name."""
 ALONE = 1106
 """Lines of the modules that stand alone: errors, docstrings, records, types, additions."""
-TOTAL = 145_300
+TOTAL = 145_400
 LONGEST = 500
 LONGER = {
     "describe/joints/spatial.py": 520,

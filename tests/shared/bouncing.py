@@ -35,6 +35,13 @@ def ball(e: float, until: float, **more: Any) -> dict[str, Any]:
     }  # fmt: skip
 
 
+def rubbing_slope(slope: float, mu: float, e: float, until: float, **more: Any) -> dict[str, Any]:
+    """The ball on a slope with friction in its guide, let go 1 m above its stop."""
+    data = ball(e, until, tolerance=1e-12, **more)
+    data["joints"]["floor"] |= {"axis": slope, "friction": mu}
+    return data
+
+
 def carriage(
     masses: Any, limits: tuple[list[float], list[float]], e: Any, **more: Any
 ) -> dict[str, Any]:

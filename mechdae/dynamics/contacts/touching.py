@@ -22,10 +22,11 @@ from mechdae.dynamics.integrate import ContactEvent, Cut, Integrator, Nodes, NoW
 from mechdae.dynamics.output_values import States
 from mechdae.dynamics.watchers.zeros import Looker, Sign, Values, changes
 from mechdae.errors import InputError, MechanismError
-from mechdae.results import Event, motion_event
+from mechdae.results import Event, LazyPart, motion_event
 from mechdae.types import Booleans, Floats, Integers, Matrix, Unknowns
 
 if TYPE_CHECKING:
+    from mechdae.dynamics.unique import Determined
     from mechdae.dynamics.watchers.sticking import Sticking
 
 TOUCHES = 1e-11
@@ -395,16 +396,24 @@ class Touching:
         """Return what there is to say."""
         return list(self._notes.values())
 
-    def series(self, states: States) -> dict[str, dict[str, Floats]]:
+    def series(self, states: States, forces: Determined) -> dict[str, dict[str, Floats | LazyPart]]:
         """Return by joint the gap to the nearer contact and the force of contacts, (n,) each.
 
-        The force is positive along the joint's coordinate.
+        The force is positive along the joint's coordinate, nan where it is not unique.
         """
         k, r = self.kernel, self.setup.released
         gaps = k.batch("gaps", lambda: k.function("gaps", [ca.densify(r.gaps_of_contacts)]), ())
         gap = gaps(states.t[:, None], states.x, states.v, states.signs)[0] - self.turns
         force = -states.lam[:, k.m + self.count : k.m + k.slips]
-        found: dict[str, dict[str, Floats]] = {}
+        found: dict[str, dict[str, Floats | LazyPart]] = {}
+
+        def pushed(word: str, ends: list[int], signs: Floats) -> LazyPart:
+            def sole() -> dict[str, Floats]:
+                lost = forces.sole.contacts[:, ends].any(axis=1)
+                return {word: np.where(lost, np.nan, force[:, ends] @ signs)}
+
+            return LazyPart(sole)
+
         for name, unit in dict.fromkeys((c.owner, c.unit) for c in self.contacts):
             ends = [i for i, c in enumerate(self.contacts) if (c.owner, c.unit) == (name, unit)]
             signs = np.array([self.contacts[i].sign for i in ends])
@@ -412,9 +421,11 @@ class Touching:
             if self.contacts[ends[0]].end == BUSH:  # of the offset, see `gaps`
                 c = self.setup.model.mechanism.values()[f"{name}.clearance"]
                 nearest = c - np.sqrt(np.maximum(c * c - 2 * c * nearest, 0.0))
-            words = ("gap_angle", "contact_moment") if unit == "rad" else ("gap", "contact_force")
-            values = (nearest, force[:, ends] @ signs)
-            found[name] = found.get(name, {}) | dict(zip(words, values, strict=True))
+            gap_of, force_of = (
+                ("gap_angle", "contact_moment") if unit == "rad" else ("gap", "contact_force")
+            )
+            found.setdefault(name, {})[gap_of] = nearest
+            found[name][force_of] = pushed(force_of, ends, signs)
         return found
 
 

@@ -19,7 +19,17 @@ import numpy as np
 from mechdae.dynamics.friction_sizes import Sizes
 from mechdae.dynamics.integrate import NoWay
 from mechdae.dynamics.watchers.onset import Onset
-from mechdae.dynamics.watchers.sliding import IDLE, LEAST, RANK, RESTS, SLACK, STRAIGHT, Slips, Turn
+from mechdae.dynamics.watchers.sliding import (
+    IDLE,
+    LEAST,
+    RANK,
+    RESTS,
+    ROUNDING,
+    SLACK,
+    STRAIGHT,
+    Slips,
+    Turn,
+)
 from mechdae.records import dataclass
 from mechdae.types import Floats, Unknowns
 
@@ -118,7 +128,7 @@ class WaysFromRest(Slips):
             chosen = self._soon(t, x, v, sides, sorted(rest | fixed), chosen)
         at_rest = self.glides.still(chosen)
         locked = [k for k in sorted(rest | fixed) if at_rest[k]]
-        signs = self.signs(chosen, locked)
+        signs = self.signs(chosen, [*locked, *self._held])
         self._last = signs
         started = sorted(k for k in rest | fixed if not at_rest[k])
         self._checked(t, x, v, signs, (before, chosen), started)
@@ -132,6 +142,8 @@ class WaysFromRest(Slips):
         """Return the sides of slips that move, those at rest, and those that an event lets go."""
         free = self.values(t, x, v, self.setup.loose)
         speeds, pull = (part[0] / self._sizes() for part in free[:2])
+        self._pulls = np.fmax(self._pulls, self.glides.spread(free[1][0]))
+        self._limits = np.fmax(self._limits, free[4][0])
         fast = self.glides.spread(speeds)
         self._fastest = max(self._fastest, float(np.max(fast, initial=0.0)))
         rest = set(np.flatnonzero(fast <= self._rough * self._fastest).tolist())
@@ -155,9 +167,9 @@ class WaysFromRest(Slips):
             fixed = set(together)
         elif turn is not None and turn.slip not in self.glides.first:
             rest.add(turn.slip)
-        apart = self.apart
-        sides[apart] = IDLE
-        return sides, rest - set(apart), fixed - set(apart)
+        open_, self._held = self._apart(t, x, v)
+        sides[[*open_, *self._held]] = IDLE
+        return sides, rest - open_ - self._held, fixed - open_ - self._held
 
     def _soon(
         self, t: float, x: Unknowns, v: Floats, sides: Floats, rest: list[int], chosen: Floats
@@ -427,8 +439,12 @@ class WaysFromRest(Slips):
         found = list[Any]()
         left: Any
         size: Any
+        force: Any
         for k in tried:
             group = self.glides.group(k)
+            force = np.linalg.norm(held[group])
+            self._limits[k] = np.fmax(self._limits[k], force)
+            least = ROUNDING * self._limits[k]
             if sides[k] == IDLE:
                 left, size = (1.0 if high[k] <= SLACK * high[self._other[k]] else -1.0), 1.0
             elif still[k] and len(group) > 1:
@@ -439,6 +455,8 @@ class WaysFromRest(Slips):
             else:
                 left = rates[group] @ sides[group]
                 size = np.linalg.norm(rates[group]) + np.linalg.norm(free[group])
+                force, least = size, ROUNDING * self._pulls[k]
+            left = 0.0 if max(force, size) <= least else left
             found.append(left / size if size > 0 else np.sign(left))
         return np.array(found)
 

@@ -32,7 +32,7 @@ from mechdae.equations.forces.feedback import Slip
 from mechdae.equations.structure_cache import StructureCache
 from mechdae.kernels.run.functions import Call
 from mechdae.records import dataclass
-from mechdae.types import Floats, Matrix, Sym, Unknowns
+from mechdae.types import Booleans, Floats, Matrix, Sym, Unknowns
 
 if TYPE_CHECKING:
     from mechdae.kernels.graphs.equations_of_motion import Kernel
@@ -85,7 +85,8 @@ class Glides:
         found = np.array(values, float)
         for group in self.groups:
             size = float(np.linalg.norm(found[group]))
-            found[group] = found[group] / size if size > 0 else 0.0
+            if found[group[0]] != IDLE:
+                found[group] = found[group] / size if size > 0 else 0.0
         return found
 
     def alone(self, rest: list[int]) -> list[list[int]]:
@@ -149,6 +150,8 @@ STRAIGHT = 1e-5
 """Speed per speed of the freedoms below which these do not move a slip."""
 SLACK = 1e-9
 """Share of its limit by which a force that holds may exceed it by rounding."""
+ROUNDING = 1e-12
+"""Share of the largest forces and rates so far up to which they are none."""
 ROUGH = 100.0
 """Speed, over the tolerance, from which a pair that glides does not rest."""
 IDLE = 2.0
@@ -188,6 +191,9 @@ class Slips:
         self.k: int = 0 if setup.smooth else self.count
         self.found: list[tuple[float, dict[str, float], str]] = []
         self._fastest = self._strongest = 0.0
+        self._limits = self._pulls = np.zeros(self.count)
+        """The largest forces and rates of slips at events so far."""
+        self._held = set[int]()
         self._last = setup.loose
         weights = weights_of(self.slips, setup.model.p, setup.model.p_values, self.kernel.cache)
         self.glides: Glides = Glides(self.slips, weights)
@@ -201,13 +207,23 @@ class Slips:
         for first, second in setup.released.rubbing.sides:
             self._other |= {first: second, second: first}
 
-    @property
-    def apart(self) -> list[int]:
-        """The slips of contacts that are open."""
-        rubbing, closed = self.setup.released.rubbing, self.setup.closed
+    def _apart(self, t: float, x: Unknowns, v: Floats) -> tuple[set[int], set[int]]:
+        """Return the slips of contacts that are open, and those that closed ones keep at rest.
+
+        The latter bear nothing, though they might: what they would take the contacts bear.
+        """
+        rubbing, closed = self.setup.released.rubbing, self.setup.closed > 0
         pairs = zip(rubbing.owners, rubbing.feedbacks, strict=True)
         contacts = [(k, f.contact) for k, f in pairs if k is not None and f.contact is not None]
-        return [k for k, contact in contacts if not closed[contact]]
+        open_ = {k for k, contact in contacts if not closed[contact]}
+        if not closed.any():
+            return open_, set()
+        moved, without = (
+            self.glides.spread(np.linalg.norm(self._along(t, x, v, which), axis=1))
+            for which in (closed, ~closed & closed)
+        )
+        held = (without > RANK) & (moved <= RANK * without)
+        return open_, set(np.flatnonzero(held).tolist()) - open_
 
     # -- values --------------------------------------------------------------------------------
 
@@ -221,12 +237,16 @@ class Slips:
         found: list[Floats] = self._values(*at)
         return [*(part[:, : self.count] for part in found[:5]), *found[5:]]
 
-    def _along(self, t: float, x: Unknowns, v: Floats) -> Matrix:
-        """Return the speeds (slips, freedoms) that the freedoms give slips, over natural sizes."""
+    def _along(self, t: float, x: Unknowns, v: Floats, contacts: Booleans | None = None) -> Matrix:
+        """Return the speeds (slips, freedoms) that the freedoms give slips, over natural sizes.
+
+        These are what contacts (n,) leave, by default those that are closed.
+        """
         k = self.kernel
+        contacts = self.setup.closed > 0 if contacts is None else contacts
         J = k.value("place", t, x, v, self.setup.loose)[1]
         C, closed = np.split(k.value("locking", t, x, v, self.setup.loose)[0], [self.count])
-        J = np.vstack([J, closed[self.setup.closed > 0]])
+        J = np.vstack([J, closed[contacts]])
         return (C * k.sizes) @ self.setup.freedoms(J) / self._sizes()[:, None]
 
     def _sizes(self) -> Floats:
@@ -235,13 +255,17 @@ class Slips:
     # -- signs ---------------------------------------------------------------------------------
 
     def signs(self, sides: Floats, resting: Sequence[int] = ()) -> Floats:
-        """Return the inputs of dry friction: sides -1, 0 (locked), 1, IDLE; slips at rest."""
+        """Return the inputs of dry friction: sides -1, 0 (locked), 1, IDLE; slips at rest.
+
+        One that is IDLE at rest is kept so by a closed contact.
+        """
         sides = np.asarray(sides, float)
         still = np.zeros(self.k)
         still[list(resting)] = 1.0
         rubbing = np.where(sides == IDLE, 0.0, sides)
         for group in self.glides.groups:
-            still[group] = float(group[0] in self._lines)
+            if sides[group[0]] != IDLE:
+                still[group] = float(group[0] in self._lines)
             rubbing[group] *= np.maximum(FIRST * self._fastest * self._sizes()[group], LEAST)
         locks = np.where(self.glides.still(sides), 1.0, 0.0)
         return np.concatenate([rubbing, locks, still, self.setup.fixed])
@@ -256,7 +280,8 @@ class Slips:
         ways, locks = signs[: self.k], signs[self.k : 2 * self.k]
         found = np.where((ways == 0) & (locks == 0), IDLE, ways)
         for group in self.glides.groups:
-            found[group] = ways[group]
+            if ways[group].any() or locks[group].any():
+                found[group] = ways[group]
         return self.glides.headings(found)
 
     def mode(self, signs: Floats) -> dict[str, float]:

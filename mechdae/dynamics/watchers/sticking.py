@@ -103,7 +103,7 @@ class Sticking(WaysFromRest):
         free = self.values(t, x, v, self.setup.loose)[1][:, locked]
         size = np.max(np.abs(free / self._sizes()[locked]), axis=1, initial=0.0)
         idle = np.flatnonzero(sides == IDLE) if alone else np.zeros(0, int)
-        others = np.sign(along[idle, 0])
+        others = np.sign(np.where(np.abs(along[idle, 0]) > RANK, along[idle, 0], 0.0))
         for direction in (1.0, -1.0):
             turned = sides.copy()
             turned[locked] = direction * ways
@@ -211,9 +211,8 @@ class Sticking(WaysFromRest):
         found: list[tuple[int, str]] = []
         still = self.glides.still(sides)
         first = {k: unit[0] for unit in sharing for k in unit}
-        apart = self.apart
         for k, side in enumerate(sides.tolist()):
-            if k in apart:
+            if side == IDLE == sides[self._other.get(k, k)]:  # apart, or kept by a contact
                 continue
             if k in self.glides.first:
                 if self.glides.first[k] != k:

@@ -53,7 +53,11 @@ def lock_columns(r: Any) -> list[Wrench]:
         else:
             load: Resistance = model.mechanism.loads[slip.owner]
             columns.append(model.gradient(coordinate(model.mechanism, load.coordinate)))
-    return columns + [contact.column for contact in r.unilateral]
+    for contact in r.unilateral:  # of a mesh as the force of its teeth, where that is known
+        mesh = r.rubbing.meshes.get(contact.owner)
+        known = mesh is not None and mesh.column is not None
+        columns.append(times(contact.sign, mesh.column) if known else contact.column)
+    return columns
 
 
 def reactions_of(
