@@ -398,7 +398,10 @@ def _shape(shape: Primitive, points: Array) -> list[object]:
 
 
 def templates() -> Json:
-    """Return the symbols that an editor puts together: shapes, parts of a span, paints."""
+    """Return the symbols that an editor puts together: shapes, parts of a span, paints.
+
+    Parts with a ``period`` are repeated along their span, and ``beyond`` it.
+    """
     sheet, zero, x = Sheet(None, (0.0, 0.0), (1.0, 1.0)), np.zeros(2), np.array([1.0, 0.0])
 
     def made(draw: Callable[..., None], *places: object) -> list[Primitive]:
@@ -409,21 +412,18 @@ def templates() -> Json:
     def shapes(draw: Callable[..., None], *places: object) -> list[list[object]]:
         return [_shape(shape, shape.points) for shape in made(draw, *places)]
 
-    def looks(draw: Callable[..., None], *places: object) -> Json:
-        return _paint(made(draw, *places)[0])
-
     def span(draw: Callable[..., None], *places: object) -> list[Json]:
         """Return primitives between the origin and a place on the right as fragments."""
-        found = []
-        for shape in made(draw, *places):
-            shares = np.clip(shape.points[:, 0] / LENGTH, 0.0, 1.0)
-            found.append(
-                _paint(shape) | _corners(shares, shape.points - shares[:, None] * LENGTH * x)
-            )
-        return found
+        drawn = [(own, np.clip(own.points[:, 0] / LENGTH, 0.0, 1.0)) for own in made(draw, *places)]
+        return [_paint(own) | _corners(s, own.points - np.outer(s, LENGTH * x)) for own, s in drawn]
 
     loading = partial(symbols.arrow, color=style.LOAD)
-    reach, low = (style.BLOCK[0] + 7.0) * x, np.array([0.0, -style.BLOCK[1]])
+    reach, low = style.BLOCK[0] + 7.0, np.array([0.0, -style.BLOCK[1]])
+    wall, strokes = span(symbols.hatch, low - reach * x, low + (reach + LENGTH) * x, symbols.DOWN)
+    (foot, *_), (tip, *_) = symbols.hatching(low, low + LENGTH * x, symbols.DOWN)
+    stroke = _corners(np.full(2, 0.75), np.array([low, low + tip - foot]))
+    pitch, teeth = span(symbols.toothed_line, zero, LENGTH * x, symbols.DOWN)
+    tooth = [[k / 4, 0.0, height] for k, (_, _, height) in enumerate(teeth["corners"][1:5])]
     bar = Primitive("line", zero[None], 0.0, None, Anchor(), width=style.BAR)
     disc = replace(bar, kind="circle", fill=style.PAPER, width=style.THIN, radius=style.DISC)
     return {
@@ -435,18 +435,19 @@ def templates() -> Json:
         "arrow": shapes(symbols.arrow, arc(zero, style.ARC, 0.35, 0.35 + SPAN)),
         "travel": shapes(symbols.arrow, np.array([[-16.0, 22.0], [16.0, 22.0]])),
         "disc": _shape(disc, zero[None]),
-        "guide": span(symbols.hatch, low - reach, low + reach + LENGTH * x, symbols.DOWN),
+        "guide": [wall, strokes | stroke | {"period": style.HATCH, "beyond": reach}],
         "slot": span(symbols.slot, zero, LENGTH * x),
         "bar": _paint(bar),
         "driven": _paint(replace(bar, color=style.DRIVEN)),
         "face": _paint(replace(bar, kind="area", color="none", fill=style.FILL)),
         "distance": _paint(replace(bar, width=style.LINE, dash=style.DASHED)),
+        "strand": _paint(replace(bar, width=style.LINE)),
         "tube": _paint(replace(bar, kind="area", fill=style.PAPER, width=1.4 * style.LINE)),
         "spoke": _paint(replace(bar, color=style.WHEEL, width=style.THIN)),
-        "wheel": looks(symbols.pitch_circle, zero, 1.0),
-        "rim": looks(symbols.rim, zero, 1.0),
+        "wheel": _paint(*made(symbols.pitch_circle, zero, 1.0)),
+        "rim": _paint(*made(symbols.rim, zero, 1.0)),
         "spring": span(symbols.spring, zero, LENGTH * x),
-        "rack": span(symbols.toothed_line, zero, LENGTH * x, symbols.DOWN),
+        "rack": [pitch, teeth | {"corners": tooth, "period": symbols.TOOTH}],
         "mass": shapes(symbols.mass_center, zero),
         "force": shapes(loading, np.array([-40.0 * x, zero])),
         "torque": shapes(loading, arc(zero, style.ARC, -0.6, 3.4)),

@@ -396,19 +396,49 @@ def test_wheel_and_drag_move_the_sheet_and_a_photo_lies_to_scale(drawing, tmp_pa
 
 
 @in_browser
-@pytest.mark.parametrize("k", range(8))
-def test_templates_are_a_start(drawing, k):
+def test_templates_are_a_start(drawing):
     page = drawing()
     names = page.evaluate("JSON.parse(document.getElementById('mechdae').textContent).templates")
     assert len(names) == 8
-    page.locator("#acts select").select_option(str(k))
-    assert len(page.evaluate("mechdae.values()")) > 100, said(page)
-    page.locator("#tab-curves").click()
-    assert page.locator("#curves svg .curve").count() >= 3
-    assert any(unit in page.locator("#curves .chip output").inner_text() for unit in (" mm", "°"))
-    page.locator("#tab-plans").click()
-    page.locator("#plans select").select_option("1")
-    assert page.locator("#plans svg path").count() > 1
+    for k in range(8):
+        page.locator("#acts select").select_option(str(k))
+        assert len(page.evaluate("mechdae.values()")) > 100, said(page)
+        page.locator("#tab-curves").click()
+        assert page.locator("#curves svg .curve").count() >= 3
+        shown = page.locator("#curves .chip output").inner_text()
+        assert any(unit in shown for unit in (" mm", "°"))
+        page.locator("#tab-plans").click()
+        page.locator("#plans select").select_option("1")
+        assert page.locator("#plans svg path").count() > 1
+
+
+@in_browser
+def test_mirrored_halves_share_dimensions_and_the_points_on_the_line(drawing, tmp_path):
+    """Half a press with its slider on the line; a four-bar with its pivot on a slanted one."""
+    page = drawing()
+    drawn.out(page, 1.8)
+    draw(page, drawn.HALF_PRESS)
+    assert page.evaluate("mechdae.mobility()") == {"count": 1, "rank": 1, "without": []}
+    drawn.as_python(page, tmp_path / "press.toml")
+    page.locator("[data-tool=select]").click()
+    page.mouse.click(*at(page, -75, 55))
+    typed(page, "AB [mm]", "80")  # of both halves
+    places = page.evaluate("mechdae.pose().points")
+    for one, two in (("link1.A", "link1_1.D"), ("link1.B", "link1_1.E")):
+        (x, y), (u, v) = places[one], places[two]
+        assert [u, v] == pytest.approx([-x, y], abs=1e-9)
+    assert places["link2.C"] == pytest.approx(places["link2_1.C"], abs=1e-12)
+    page = drawing()
+    drawn.out(page, 1.8)
+    draw(page, [*drawn.COUPLER, ("mirror", [(-40, -40, 60, 60)])])
+    places = page.evaluate("mechdae.pose().points")
+    mirrored = {(round(x, 5), round(y, 5)) for y, x in places.values()}
+    assert {(round(x, 5), round(y, 5)) for x, y in places.values()} == mirrored
+    page.reload()
+    draw(page, drawn.RACK)
+    page.locator("[data-tool=mirror]").click()
+    page.mouse.click(*at(page, 0, 40))
+    assert "not with: rack1" in said(page)
 
 
 WELDED_FILE = """

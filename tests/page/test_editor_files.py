@@ -148,6 +148,43 @@ def test_what_tasks_and_loads_say_stays_when_a_link_is_added(opened, tmp_path):
     ] == comments
 
 
+@in_browser
+def test_loads_and_drivers_leave_tasks_and_units_of_the_file(opened):
+    """A force adds its task; another driver has one of its own; speeds are shown as written."""
+    page = opened("en")
+    text = (PROBLEMS / "four-bar-crank-rocker.toml").read_text(encoding="utf-8")
+    text = text.replace('speed = "omega"', "speed_rpm = 90")
+    drop(page, text, "a.toml")
+    before = tomllib.loads(text)
+    speed = page.locator("#properties input[aria-label='speed [rpm]']")
+    assert speed.input_value() == "90"
+    page.locator("#tab-plans").click()
+    page.locator("#tab-properties").click()
+
+    def pressed(tool, x, y):
+        page.locator(f"[data-tool={tool}]").click()
+        box = page.locator("#diagram").bounding_box()
+        u, v = page.evaluate(f"mechdae.screen([{x}, {y}])")
+        page.mouse.click(box["x"] + u, box["y"] + v)
+
+    places = page.evaluate("mechdae.pose().points")
+    pressed("force", *places["coupler.C"])
+    after = tomllib.loads(page.evaluate("mechdae.toml()"))
+    assert after["loads"]["force1"]["kind"] == "force"
+    assert after["tasks"].pop("forces")["driver"]["speed_rpm"] == 90
+    assert after["tasks"] == before["tasks"]
+    middle = [(a + b) / 2 for a, b in zip(places["rocker.C"], places["rocker.D"], strict=True)]
+    pressed("driver", *middle)
+    assert page.evaluate("mechdae.state().drivers") == ["crank.angle", "rocker.angle"]
+    assert "too many drivers" in page.locator("#status").inner_text()
+    middle = [(a + b) / 2 for a, b in zip(places["crank.A"], places["crank.B"], strict=True)]
+    pressed("driver", *middle)
+    assert page.evaluate("mechdae.state().drivers") == ["rocker.angle"]
+    assert (
+        tomllib.loads(page.evaluate("mechdae.toml()"))["tasks"]["turn"] == before["tasks"]["turn"]
+    )
+
+
 BROKEN = {
     "schema = 1\n\n[bodies.crank\n": "bad.toml, line 3: a key is needed",
     "a = 1\na = 2\n": "bad.toml, line 2: given twice: a",

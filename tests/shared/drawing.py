@@ -48,6 +48,10 @@ TOGGLE = [("link", [(-100, -60), (-70, -50), (-20, -10)]),
           ("pivot", [(-100, -60), (0, 100)]), ("slider", [(0, -120, 0, -160)]),
           ("driver", [(-85, -55)]), ("force", [(0, -120, 0, -80)]),
           ("spring", [(-70, -50), (80, -50)])]  # fmt: skip
+# a crank and a rod to a slider, mirrored in the slider's line
+HALF_PRESS = [("link", [(-60, 20), (-90, 90), (0, 140)]), ("pivot", [(-60, 20)]),
+              ("slider", [(0, 140, 0, 180)]), ("driver", [(-75, 55)]),
+              ("mirror", [(0, -20)])]  # fmt: skip
 COUPLER = [*FOUR_BAR, ("point", [(60, 90)])]
 
 

@@ -28,7 +28,7 @@ def dot(sheet: Sheet, center: Array, gid: str, color: str = style.INK) -> None:
     sheet.circle(center, style.DOT, fill=color, edge=color, z=style.Z_PIN, gid=gid)
 
 
-TEETH = 5.0
+TEETH, TOOTH = 5.0, 7.0
 """Height of a rack behind its pitch line."""
 
 
@@ -167,7 +167,7 @@ def toothed_line(sheet: Sheet, start: Array, end: Array, side: Array, gid: str) 
     """Draw a rack: its pitch line, and its body on the `side` away from the wheel."""
     sheet.line([start, end], color=style.WHEEL, dash=style.DASH_DOT, gid=gid, weight=style.RING)
     along, depth = unit(end - start), TEETH
-    count = max(int(np.hypot(*(end - start)) / 7.0), 2)
+    count = max(int(np.hypot(*(end - start)) / TOOTH), 2)
     steps = np.linspace(0.0, float(np.hypot(*(end - start))), 4 * count + 1)
     heights = np.tile([0.0, 0.0, 1.0, 1.0], count + 1)[: len(steps)]
     teeth = start + np.outer(steps, along) + np.outer(depth * (0.3 + 0.7 * heights), side)

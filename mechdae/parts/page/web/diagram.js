@@ -53,8 +53,10 @@ export class Diagram extends View {
   /** Corners of a fragment that is not rigid, in units; null where a place is not known. */
   corners(part, pose) {
     if (part.at[0].endsWith("/curve")) return this.curve(part, pose).map((place) => this.at(place));
-    const frame = this.frame(part, pose);
-    return frame && (part.corners || part.at.map((_, k) => [part.span ? k : 0, 0, 0])).map(frame.place);
+    const frame = this.frame(part, pose), { corners = part.at.map((_, k) => [part.span ? k : 0, 0, 0]), period } = part;
+    if (!frame || !period) return frame && corners.map(frame.place);
+    const beyond = part.beyond || 0, count = Math.max(1, Math.round((frame.long + 2 * beyond) / period)); // hatching and teeth, again and again along a span
+    return Array.from({ length: count }, (_, k) => corners.map(([own, x, y]) => { const share = (k + own) / count; return frame.place([share, x + beyond * (2 * share - 1), y]); })).flat();
   }
 
   /** Places [m] on the curve of a joint, which turns with its first body. */
@@ -76,7 +78,7 @@ export class Diagram extends View {
       const [a, b] = part.span ? bases : [part.spot || bases.length === 1 ? middle : bases[k], [0, 0]];
       return [a[0] + (part.span ? share * (b[0] - a[0]) : 0) + c * x + s * y, a[1] + (part.span ? share * (b[1] - a[1]) : 0) - s * x + c * y];
     };
-    return { angle, place };
+    return { angle, place, long: part.span ? Math.hypot(bases[1][0] - bases[0][0], bases[1][1] - bases[0][1]) : 0 };
   }
 
   angle(turn, { places, angles }) {

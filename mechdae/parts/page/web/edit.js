@@ -16,10 +16,12 @@ import { drawnBy, placesOf } from "./edit/symbols.js";
 import { Tabs } from "./tabs.js";
 import { TOOLS } from "./edit/tools.js";
 import { trialOf } from "./edit/trial.js";
-import { digits, quantity } from "./units.js";
-import { element } from "./view.js";
+import { digits, displayed, quantity, showIn } from "./units.js";
+import { element, fromLine } from "./view.js";
 import { sentence, words } from "./words.js";
 
+/** Units that are shown as files have them: in SI, keys, suffixes with names, the usual one first. */
+const MEASURES = [["m", "", { _mm: "mm", _cm: "cm", _in: "in", _ft: "ft" }], ["rad/s", "speed", { _rad_s: "rad/s", _rpm: "rpm", _deg: "°/s", _hz: "turns/s" }]];
 const NEAR = 12, BESIDE = 90, LARGEST = 200000, MOST_BODIES = 100;
 
 class Editor {
@@ -36,7 +38,7 @@ class Editor {
     this.properties = new Properties(this);
     this.tabs = new Tabs(find("tabs"), () => { if (this.studies) this.studies.draw(); });
     this.studies = new Studies(this);
-    this.finder = new Finder(this.diagram, [find("find"), find("found")], words, (drawing) => this.put(textOf(drawing, words("drawn"))), () => this.draw());
+    this.finder = new Finder(this.diagram, [find("find"), find("found")], (drawing) => this.put(textOf(drawing, words("drawn"))), () => this.draw());
     lightThings(this.diagram);
     this.controls();
     this.fit();
@@ -65,9 +67,10 @@ class Editor {
     find("acts").append(start);
     this.play = made("button", { type: "button", onclick: () => this.toggle() }, words("play"));
     this.slider = made("input", { type: "range", min: 0, max: 1, step: "any", "aria-label": words("driver"), oninput: () => this.at(Number(this.slider.value)) });
-    this.number = made("input", { type: "text", inputmode: "decimal", "aria-label": words("driver"), size: 8, onchange: () => { const own = numberIn(this.number.value); if (this.session && Number.isFinite(own)) this.show(own / (this.turning ? 180 / Math.PI : 1000)); } });
+    this.number = made("input", { type: "text", inputmode: "decimal", "aria-label": words("driver"), size: 8, onchange: () => { const own = numberIn(this.number.value); if (this.session && Number.isFinite(own)) this.show(own / displayed(this.session.motion.way.unit)[0]); } });
+    this.unit = made("span", { class: "unit" });
     this.leading = made("select", { "aria-label": words("drivers"), onchange: () => { this.session.along(Number(this.leading.value)); this.studies.draw(); this.draw(); } });
-    find("drive").append(this.play, this.slider, this.number, this.leading);
+    find("drive").append(this.play, this.slider, this.number, this.unit, this.leading);
     for (const id of ["properties", "curves", "plans", "forces", "file"]) this.tabs.add(id, words(`tab_${id}`), words(`about_panel_${id}`), null);
     const chosen = made("input", { type: "file", accept: ".toml", hidden: true, onchange: () => { if (chosen.files.length) this.open(chosen.files[0]); chosen.value = ""; } });
     const photo = made("input", { type: "file", accept: "image/*", hidden: true, id: "photo-file", onchange: () => { if (photo.files.length) this.photo(photo.files[0]); photo.value = ""; } });
@@ -199,11 +202,20 @@ class Editor {
       if (!bodies.length || bodies.length > MOST_BODIES) throw new Refused(bodies.length ? "too_many" : "no_links");
       if (!sketch.pose.shut) throw new Refused("not_assembled");
       sketch.done();
+      this.measures(text);
       return "";
     } catch (error) {
       sketch.load(before);
       const about = error instanceof Refused ? this.reason(error) : words("unreadable");
       return `${name}${error.line ? `, ${words("line")} ${error.line}` : ""}: ${about}`;
+    }
+  }
+
+  /** Show lengths and angular speeds in the units that a file has most. */
+  measures(text) {
+    for (const [unit, key, names] of MEASURES) {
+      const counted = Object.keys(names).map((suffix) => [suffix, text.split(new RegExp(`${key}${suffix}\\b`)).length]), [suffix] = counted.reduce((best, own) => (own[1] > best[1] ? own : best));
+      showIn({ [unit]: [1 / this.sketch.numbers.unit(suffix), names[suffix]] });
     }
   }
 
@@ -245,6 +257,7 @@ class Editor {
     Object.assign(this.diagram, { zoomed: [1, 0, 0], rect: null });
     const { places, angles } = placesOf(this.sketch, this.sketch.pose.q), known = [...Object.values(places), ...this.diagram.extent(places, angles)], tracks = this.session ? this.session.poses.filter(({ y }) => y).flatMap((pose) => Object.values(this.session.places_of(pose))) : [];
     this.diagram.fit(known.length > 1 ? [...known, ...tracks] : [[-0.05, -0.05], [0.25, 0.15]]);
+    if (this.trial) { Object.assign(this.diagram, drawnBy(this.sketch, DRAWING, this.diagram.scale)); this.slide(); } // letters for this scale
   }
 
   zoom(event, times) {
@@ -269,11 +282,7 @@ class Editor {
   }
 
   /** Distance in units of the sheet from a line between two places of the drawing. */
-  away([x, y], a, b) {
-    const [[ax, ay], [bx, by]] = [a, b].map((place) => this.diagram.at(place)), long = (bx - ax) ** 2 + (by - ay) ** 2 || 1;
-    const t = Math.min(1, Math.max(0, ((x - ax) * (bx - ax) + (y - ay) * (by - ay)) / long));
-    return Math.hypot(ax + t * (bx - ax) - x, ay + t * (by - ay) - y);
-  }
+  away(under, a, b) { return fromLine(under, this.diagram.at(a), this.diagram.at(b)); }
 
   /** The link nearest to a place of the sheet, at most so far. */
   linkNear(under, most) {
@@ -368,7 +377,7 @@ class Editor {
     if (this.selected && !(this.selected.node ? sketch.nodeOf.has(this.selected.node) : sketch.mechanism.byName.has(this.selected.link))) this.selected = null;
     this.gap = null;
     this.freedom = sketch.mechanism.bodies.length ? sketch.freedom : { count: 0, rank: 0, without: [] };
-    Object.assign(this.diagram, drawnBy(sketch, DRAWING));
+    Object.assign(this.diagram, drawnBy(sketch, DRAWING, this.diagram.scale));
     this.trial = during ? { session: null, reason: "" } : trialOf(sketch);
     this.session = this.trial.session;
     this.slide();
@@ -466,12 +475,13 @@ class Editor {
     for (const own of document.querySelectorAll("[data-tool]")) own.setAttribute("aria-pressed", String(own.dataset.tool === this.tool));
     const rest = sketch.mechanism.rest;
     find("kept").textContent = rest.length ? `${words("kept")}: ${rest.join(", ")}` : "";
-    const status = find("status"), text = this.message || (gap ? `${words("gap")} ${gap.name}: ${digits(1000 * gap.gap, 4)} mm` : `${words(`hint_${this.tool}`)}. ${this.said}`);
+    const status = find("status"), text = this.message || (gap ? `${words("gap")} ${gap.name}: ${quantity(gap.gap, "m", 4)}` : `${words(`hint_${this.tool}`)}. ${this.said}`);
     if (status.textContent !== text) status.textContent = text;
     status.className = this.message || gap || (sketch.mechanism.bodies.length && !session) ? "warn" : "";
     for (const own of [this.slider, this.play, this.number]) own.disabled = !session;
     if (!session) return;
-    const [low, high] = this.span, factor = this.turning ? 180 / Math.PI : 1000;
+    const [low, high] = this.span, [factor, unit] = displayed(session.motion.way.unit);
+    this.unit.textContent = unit;
     if (document.activeElement !== this.slider) this.slider.value = String((session.s - low) / (high - low));
     if (document.activeElement !== this.number) this.number.value = digits(Math.round(1e9 * session.s * factor) / 1e9, 7);
     this.studies.mark();

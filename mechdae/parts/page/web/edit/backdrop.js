@@ -32,7 +32,7 @@ export class Backdrop {
       for (const x of at(left, right)) {
         const [u] = diagram.at([x, 0]);
         element("path", { d: `M${u.toFixed(2)} 0V${size[1]}`, class: Math.abs(x) < wide / 2 ? "axis" : "grid" }, this.lines);
-        if (u > 40 && u < size[0] - 24) element("text", { x: u + 2, y: 9, class: "tick" }, this.lines).textContent = shown(x);
+        if (u > 40 && u < size[0] - 8 * shown(x).length) element("text", { x: u + 2, y: 9, class: "tick" }, this.lines).textContent = shown(x);
       }
       for (const y of at(low, top)) {
         const [, v] = diagram.at([0, y]);

@@ -93,10 +93,11 @@ export class Mechanism {
   /** A number of a load over coordinates; `valueOf` gives theirs. */
   amount(place, valueOf) { return this.numbers.read(place.path, place.suffix, (name) => (this.numbers.parameter(name) ? this.numbers.named(name) : valueOf(name))); }
 
-  /** Drivers of the first task that has some, with the value at which the drawing stands. */
+  /** Drivers of the first task that has some, or of the editor's where it drives others, with the value at which the drawing stands. */
   driving() {
     const tasks = entriesOf(this.toml.data.tasks), loaded = tasks.filter(([, own]) => own.kind === "reactions");
-    const named = tasks.find(([, own]) => own.driver || own.drivers);
+    const led = tasks.filter(([, own]) => own.driver || own.drivers), names = ([, own]) => (own.drivers || [own.driver]).map(({ coordinate }) => coordinate).join();
+    const drawn = led.find(([name]) => name === "window"), named = drawn && names(drawn) !== names(led[0]) ? drawn : led[0];
     if (!named) return [];
     const [task, own] = named, paths = own.driver ? [["tasks", task, "driver"]] : own.drivers.map((_, k) => ["tasks", task, "drivers", k]);
     const forced = loaded.find(([, other]) => other.driver && own.driver && other.driver.coordinate === own.driver.coordinate);

@@ -5,7 +5,7 @@ import { sentence, words } from "../words.js";
 import { digits, displayed } from "../units.js";
 
 const OF_JOINTS = { axis: "rad", turn: "rad", length: "m", ratio: "", phase: "rad", radius: "m" };
-const OF_LOADS = { spring: ["stiffness", "free_length", "preload"], force: ["value"], torque: ["value"], resistance: ["positive", "negative"] };
+const OF_LOADS = { spring: { stiffness: "N/m", free_length: "m", preload: "N" }, force: { value: "N" }, torque: { value: "N m" }, resistance: { positive: "", negative: "" } };
 const WRITTEN_IN = { rad: "_deg", m: "_mm" };
 
 export class Properties {
@@ -67,21 +67,21 @@ export class Properties {
   load(load) {
     const { editor } = this, { sketch } = editor;
     this.heading(`${words(load.kind)} ${load.name}`);
-    for (const key of OF_LOADS[load.kind] || []) {
+    for (const [key, unit] of Object.entries(OF_LOADS[load.kind] || {})) {
       const place = load.places.get(key), value = place && sketch.toml.get(place.path);
-      if (Array.isArray(value)) value.forEach((_, k) => this.raw(`${words(key)} ${"xy"[k] || ""}`, { path: [...place.path, k], suffix: place.suffix }));
-      else if (place) this.raw(words(key), place);
+      if (Array.isArray(value)) value.forEach((_, k) => this.raw(`${words(key)} ${"xy"[k] || ""}`, { path: [...place.path, k], suffix: place.suffix }, unit));
+      else if (place) this.raw(words(key), place, unit);
     }
     this.acts(["delete", () => editor.edit(() => sketch.removeLoad(load.name))]);
   }
 
-  /** A value as the file has it: a number or an expression. */
-  raw(label, place) {
-    const { editor } = this, { sketch } = editor, value = sketch.toml.get(place.path);
-    this.row(label, this.field(`${label} ${place.suffix.slice(1)}`.trim(), String(value), (text) => {
+  /** A value as the file has it: a number or an expression; in SI where it has no suffix. */
+  raw(label, place, si = "") {
+    const { editor } = this, { sketch } = editor, value = sketch.toml.get(place.path), unit = place.suffix.slice(1) || si;
+    this.row(label, this.field(`${label} ${unit}`.trim(), String(value), (text) => {
       const own = numberIn(text), written = Number.isFinite(own) ? String(own) : JSON.stringify(text.trim());
       editor.edit(() => sketch.toml.set(place.path, written), { strict: true });
-    }), place.suffix.slice(1));
+    }), unit);
   }
 
   link({ name, mass, inertia, center }) {

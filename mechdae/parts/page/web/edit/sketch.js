@@ -66,6 +66,12 @@ export class Sketch {
 
   rounded(value) { return Math.round(value / this.step) * this.step; }
 
+  /** The roundest number near: rounded lengths and angles have moved the point by as much. */
+  roundest(value) {
+    const unit = [3, 2, 1].map((k) => this.step * 10 ** k).find((own) => Math.abs(Math.round(value / own) * own - value) < 2 * this.step) || this.step;
+    return Math.round(value / unit) * unit;
+  }
+
   // -- gestures
 
   /**
@@ -169,7 +175,7 @@ export class Sketch {
   }
 
   point(body, name, [x, y], lengths = `${body}_${name}`) {
-    const text = Math.hypot(x, y) < this.step / 2 ? "[0, 0]" : `[${this.parameter(`${lengths}_x`, x)}, ${this.parameter(`${lengths}_y`, y)}]`;
+    const text = body !== "ground" && Math.hypot(x, y) < this.step / 2 ? "[0, 0]" : `[${this.parameter(`${lengths}_x`, x)}, ${this.parameter(`${lengths}_y`, y)}]`;
     const path = body === "ground" ? ["ground"] : ["bodies", body], known = this.numbers.table(path).get("points");
     if (known) this.toml.set([...known.path, name], text);
     else this.toml.set([...path, "points"], `{ ${name} = ${text} }`);
@@ -177,14 +183,13 @@ export class Sketch {
   }
 
   grounded(place, name = this.letter()) {
-    const numbers = `[${this.parameter(`${name}_x`, place[0])}, ${this.parameter(`${name}_y`, place[1])}]`, known = this.numbers.table(["ground"]).get("points");
-    if (known) this.toml.set([...known.path, name], numbers); else this.toml.set(["ground", "points"], `{ ${name} = ${numbers} }`);
-    return `ground.${name}`;
+    return this.point("ground", name, place.map((value) => this.roundest(value)), name);
   }
 
+  get nextNumber() { return String(1 + Math.max(0, ...Object.values(this.toml.data.bodies || {}).map((own) => own.number || 0))); }
+
   body(name, points) {
-    const number = 1 + Math.max(0, ...Object.values(this.toml.data.bodies || {}).map((own) => own.number || 0));
-    this.toml.set(["bodies", name, "number"], String(number));
+    this.toml.set(["bodies", name, "number"], this.nextNumber);
     this.toml.set(["bodies", name, "points"], `{ ${points} }`);
   }
 
@@ -339,6 +344,43 @@ export class Sketch {
     return new Map([[name, [x + 0.1 * this.seen, y - 0.1 * this.seen, angle]]]);
   }
 
+  /** All links again, mirrored in a line, which shares its points: dimensions are those of the first half. */
+  mirror([x0, y0], angle) {
+    const { mechanism, toml, numbers } = this, turned = 2 * angle, [c, s] = [Math.cos(turned), Math.sin(turned)];
+    const across = ([x, y]) => [x0 + c * (x - x0) + s * (y - y0), y0 + s * (x - x0) - c * (y - y0)];
+    const shared = (node) => Math.hypot(...across([node.x, node.y]).map((v, k) => v - [node.x, node.y][k])) < 4 * this.step;
+    const minus = (value) => (typeof value === "string" ? quoted(`-(${value})`) : numeral(-value)), text = (value) => (typeof value === "string" ? quoted(value) : String(value));
+    const letters = new Map(this.nodes.map((node) => [node, shared(node) ? node.name : this.letter()])), frames = new Map(), twins = new Map([["ground", "ground"]]);
+    for (const { name, points } of mechanism.bodies) twins.set(name, [...points.keys()].every((own) => shared(this.nodeOf.get(`${name}.${own}`))) ? name : this.free(`${name}_`));
+    const twin = (reference) => { const body = twins.get(bodyOf(reference)), node = this.nodeOf.get(reference); return body === bodyOf(reference) && shared(node) ? reference : `${body}.${letters.get(node)}`; };
+    for (const node of this.nodes) if (node.fixed && !shared(node)) this.grounded(across([node.x, node.y]), letters.get(node));
+    for (const { name } of mechanism.bodies) {
+      const other = twins.get(name), path = ["bodies", name], [x, y, own] = this.frame(name);
+      if (other === name) continue;
+      const { points, center } = Object.fromEntries(numbers.table(path)), entries = Object.entries(toml.get(points.path));
+      const pair = ([u, v]) => `[${text(u)}, ${minus(v)}]`;
+      toml.set(["bodies", other, "number"], this.nextNumber);
+      toml.set(["bodies", other, points.path[2]], `{ ${entries.map(([key, place]) => { const [point, suffix] = numbers.split(key); return `${letters.get(this.nodeOf.get(`${name}.${point}`))}${suffix} = ${pair(place)}`; }).join(", ")} }`);
+      for (const [key, value] of Object.entries(toml.get(path))) if (!["number", points.path[2]].includes(key)) toml.set(["bodies", other, key], center && key === center.path[2] ? pair(value) : JSON.stringify(value));
+      frames.set(other, [...across([x, y]), turned - own]);
+      toml.set(["sketch", `${other}_deg`], inDegrees(turned - own));
+    }
+    for (const { name, kind, first, second, drawn, places } of mechanism.joints) {
+      const [a, b] = [first, second].map(twin), [from, to] = [first, second].map((own) => (bodyOf(own) === "ground" ? turned : 0)), node = this.nodeOf.get(first);
+      if ([first, second].every((own) => twins.get(bodyOf(own)) === bodyOf(own))) continue;
+      if (!drawn || !["revolute", "weld", "prismatic", "pin-in-slot", "distance"].includes(kind)) throw new Refused("no_mirror", 0, name);
+      if (node.refs.includes(second) && shared(node) && !node.fixed && kind === "revolute") continue;
+      const change = { axis: from, turn: from - to }, keys = [...places].filter(([key]) => !["kind", "between"].includes(key));
+      const more = keys.map(([key, { path, suffix }]) => { const value = toml.get(path), last = path[path.length - 1]; return key in change ? (change[key] ? `${key}_deg = ${inDegrees(change[key] - numbers.read(path, suffix))}` : `${last} = ${minus(value)}`) : `${last} = ${JSON.stringify(value)}`; });
+      this.join(bodyOf(a) === "ground" || !letters.has(node) ? pointOf(a) : letters.get(node), kind, a, b, more.map((own) => `, ${own}`).join(""));
+    }
+    for (const node of this.nodes) { // pins between both halves
+      const others = shared(node) && !node.fixed ? node.refs.map(twin).filter((own) => !node.refs.includes(own)) : [];
+      for (const own of others) this.join(node.name, "revolute", node.id, own);
+    }
+    return frames;
+  }
+
   spring(a, b) {
     const long = this.rounded(Math.hypot(b.x - a.x, b.y - a.y));
     this.loaded("spring", `{ kind = "spring", between = ["${a.id}", "${b.id}"], stiffness = 1000, free_length_mm = ${numeral(1000 * long)} }`);
@@ -361,10 +403,11 @@ export class Sketch {
     this.tasks(next, new Map([[coordinate, value]]));
   }
 
-  /** The tasks of the drawing: what moves over all that assembles, its modes, its forces. */
+  /** The tasks of the drawing: what moves over all that assembles, its modes, its forces; where the same drives, those of the file stay. */
   tasks(led, values = new Map()) {
-    const { toml } = this;
-    for (const name of ["window", "modes", "forces"]) if (toml.get(["tasks", name])) toml.drop(["tasks", name]);
+    const { toml, mechanism: { drivers } } = this, same = led.length === drivers.length && drivers.every(({ name }) => led.includes(name));
+    const rates = new Map(drivers.map(({ name, path }) => [name, Object.entries(toml.get(path)).filter(([key]) => /^(speed|acceleration)/.test(key)).map(([key, own]) => `, ${key} = ${JSON.stringify(own)}`).join("")]));
+    if (!same) for (const name of ["window", "modes", "forces"]) if (toml.get(["tasks", name])) toml.drop(["tasks", name]);
     if (!led.length) return;
     const angle = (name) => !/\.(slide|x|y)$/.test(name), value = (name) => values.get(name) ?? this.value(name);
     const number = (name, key, own) => (angle(name) ? `${key}_deg = ${own.map ? `[${own.map(inDegrees)}]` : inDegrees(own)}` : `${key}_mm = ${own.map ? `[${own.map((v) => numeral(1000 * this.rounded(v)))}]` : numeral(1000 * this.rounded(own))}`);
@@ -374,12 +417,12 @@ export class Sketch {
       toml.set(["tasks", task, ...(drivers.length > 1 ? ["drivers"] : ["driver"])], drivers.length > 1 ? `[\n${drivers.map((own) => `  { ${own} },\n`).join("")}]` : `{ ${drivers[0]} }`);
       if (kind !== "modes") toml.set(["tasks", task, "poses"], "361");
     };
-    const named = (name, rest) => `coordinate = "${name}", ${rest}`;
+    const named = (name, rest) => `coordinate = "${name}", ${rest}${rates.get(name) || ""}`;
     const far = (name) => value(name) + (angle(name) ? 30 * DEGREE : 0.1 * Math.abs(value(name)));
     const swept = led.length > 1 ? led.map((name) => named(name, `${number(name, "from", value(name))}, ${number(name, "to", far(name))}`)) : [named(led[0], 'range = "assembled"')];
-    put("window", "sweep", swept);
-    put("modes", "modes", led.map((name) => named(name, number(name, "at", [value(name)]))));
-    if (loaded) put("forces", "reactions", swept);
+    if (!same) put("window", "sweep", swept);
+    if (!same) put("modes", "modes", led.map((name) => `coordinate = "${name}", ${number(name, "at", [value(name)])}`));
+    if (loaded && !Object.values(toml.data.tasks || {}).some(({ kind }) => kind === "reactions")) put("forces", "reactions", swept);
     for (const name of led) {
       const owner = name.replace(/\.(angle|slide)$/, "");
       if (/\.(angle|slide)$/.test(name) && !this.numbers.table(["sketch"]).has(owner)) toml.set(["sketch", `${owner}${angle(name) ? "_deg" : "_mm"}`], angle(name) ? inDegrees(value(name)) : numeral(1000 * this.rounded(value(name))));
@@ -610,9 +653,9 @@ export class Sketch {
     this.toml.become(lines.join("\n"));
   }
 
-  /** Points of the ground that carry nothing, and links that hang on nothing. */
+  /** Points of the ground that carry nothing. */
   get stray() {
-    const used = new Set(this.mechanism.joints.flatMap(({ first, second }) => [first, second]));
+    const { joints, loads } = this.mechanism, used = new Set([...joints.flatMap(({ first, second }) => [first, second]), ...loads.flatMap(({ points }) => points)]);
     return [...this.mechanism.ground.keys()].filter((name) => !used.has(`ground.${name}`));
   }
 }

@@ -1,6 +1,6 @@
 /** What is drawn of a sketch, put together from the symbols of `draw/fragments.py`. */
 import { bodyOf, pointOf } from "./mechanism.js";
-import { hull } from "../view.js";
+import { fromLine, hull } from "../view.js";
 
 /** A cylinder's tube beside its whole length in the drawn pose, and half its width. */
 const TUBE = 0.62, TUBE_HALF = 5;
@@ -23,8 +23,11 @@ export function placesOf(sketch, q) {
   return { places, angles };
 }
 
-/** Scene and fragments of a sketch. @param {any} sketch @param {any} symbols templates */
-export function drawnBy(sketch, symbols) {
+/** How far letters are from their points, and from what is drawn [units]; how far guides, supports and arrows of drivers reach. */
+const LETTER = 16, ROOMY = 15, BLOCK = 13, GUIDE = 70, SUPPORT = [13, 16], ARC = 19;
+
+/** Scene and fragments of a sketch. @param {any} sketch @param {any} symbols templates @param {number} scale units of the sheet per metre */
+export function drawnBy(sketch, symbols, scale) {
   const { mechanism, pose } = sketch, { places, angles } = placesOf(sketch, pose.q);
   const parts = [], joints = [], reach = {}, loads = {}, letters = [];
   const line = (id, at, paint) => parts.push({ id, at, ...paint });
@@ -85,10 +88,12 @@ export function drawnBy(sketch, symbols) {
     const [a, b] = [places[first], places[second]], far = Math.hypot(b[0] - a[0], b[1] - a[1]);
     const whole = kind === "belt" ? far / (1 + Math.abs(ratio)) / 1.5 : far / Math.abs(ratio < 0 ? 1 - ratio : ratio === 1 ? 1 : ratio - 1);
     const radii = kind === "friction-wheel" ? [radius, other] : [radius || whole, Math.abs(ratio) * (radius || whole)];
-    return [first, second].flatMap((own, k) => [
+    const far2 = Math.sign(ratio) * radii[1], sine = (radii[0] - far2) / far, cosine = Math.sqrt(1 - sine * sine); // tangents of both
+    const strands = kind === "belt" && cosine > 0 ? [cosine, -cosine].map((side) => ({ id: `joint-${name}-strand`, at: [first, second], span: true, turn: `${first}>${second}`, grow: ["m", 1], corners: [[0, radii[0] * sine, radii[0] * side], [1, far2 * sine, far2 * side]], ...symbols.strand })) : [];
+    return [...strands, ...[first, second].flatMap((own, k) => [
       { id: `joint-${name}-wheel`, at: [own], grow: ["m", 1], ...symbols[kind === "gear" ? "wheel" : "rim"], radius: radii[k] },
       { id: `body-${bodyOf(own)}-wheel`, at: [own], turn: bodyOf(own), grow: ["m", 1], corners: [[0, 0, 0], [0, radii[k], 0]], ...symbols.spoke },
-    ]);
+    ])];
   }
 
   function pinned({ id, refs, name, fixed, guide }) {
@@ -126,14 +131,29 @@ export function drawnBy(sketch, symbols) {
     else if (kind === "spring" && points.length) for (const part of symbols.spring) parts.push({ id: `load-${name}`, at: points, span: true, turn: `${points[0]}>${points[1]}`, ...part });
   }
 
-  /** Letters on the side where no link leaves. */
+  /** Letters where least is in their way: links, guides, springs, supports, arrows of drivers, points and other letters. */
   function lettered() {
+    const at = (reference) => places[reference].map((v) => v * scale), lines = [], away = ([x, y], angle, r) => [x + r * Math.cos(angle), y + r * Math.sin(angle)];
+    for (const { name, points } of mechanism.bodies) { const all = [...points.keys()].map((own) => at(`${name}.${own}`)); all.forEach((a, i) => all.slice(0, i).forEach((b) => lines.push([a, b]))); }
+    for (const { kind, drawn, first, second, axis } of mechanism.joints) {
+      if (!drawn || !["distance", "prismatic", "pin-in-slot"].includes(kind)) continue;
+      const ground = bodyOf(first) === "ground", way = axis + (ground ? 0 : angles[bodyOf(first)]);
+      for (const off of ground ? [7, 0, -9] : []) { const middle = away(at(second), way + Math.PI / 2, off), long = off > 0 ? BLOCK : GUIDE; lines.push([away(middle, way, -long), away(middle, way, long)]); }
+      if (!ground) lines.push([at(first), at(second)]);
+    }
+    for (const { points } of mechanism.loads) if (points.length === 2) lines.push(points.map(at));
+    for (const { id, fixed } of sketch.nodes) if (fixed) { const [x, y] = at(id), low = y - SUPPORT[1]; lines.push([[x, y], [x, low]], [[x - SUPPORT[0], low], [x + SUPPORT[0], low]]); }
+    for (const { id, at: [own], turn } of parts) {
+      if (id !== "driver" || !turn.includes(">")) continue;
+      const [a, b] = turn.split(">").map(at), angle = Math.atan2(b[1] - a[1], b[0] - a[0]), arc = [0.4, 0.8, 1.2, 1.6].map((more) => away(at(own), angle + more, ARC));
+      arc.slice(1).forEach((end, k) => lines.push([arc[k], end]));
+    }
     for (const [own, here] of letters) {
-      const node = sketch.nodeOf.get(here), [x0, y0] = places[here];
-      const arms = node.refs.flatMap((reference) => [...mechanism.pointsOf(bodyOf(reference)).keys()].filter((other) => bodyOf(reference) !== "ground" && other !== pointOf(reference)).map((other) => places[`${bodyOf(reference)}.${other}`]));
-      const away = arms.reduce(([x, y], [u, v]) => [x - u + x0, y - v + y0], [0, 0]), size = Math.hypot(...away);
-      const [x, y] = node.fixed ? [away[0] > 0 ? 16 : -16, 4] : size > 0 ? away.map((v) => (15 * v) / size) : [-9, 12];
-      sign(`label-${own}`, here, [text(own, 14)], { spot: [[0, x, -y]] });
+      const from = at(here), free = (place) => Math.min(ROOMY, ...lines.map(([a, b]) => fromLine(place, a, b)));
+      const spots = Array.from({ length: 16 }, (_, k) => away(from, (Math.PI * (k + 4)) / 8, LETTER)).map((place) => [place, free(place)]);
+      const [place] = spots.reduce((best, spot) => (spot[1] > best[1] + 0.5 ? spot : best));
+      sign(`label-${own}`, here, [text(own, 14)], { spot: [[0, place[0] - from[0], from[1] - place[1]]] });
+      lines.push([place, place]);
     }
   }
 }

@@ -125,6 +125,10 @@ export const TOOLS = {
     const way = long < 8 / editor.diagram.scale ? [0, -100] : [(100 * x) / long, (100 * y) / long];
     editor.sketch.force(node, way.map((value) => Math.round(value)));
   }),
+  mirror: pulled((editor, from, [x, y]) => {
+    const at = from.node ? [from.node.x, from.node.y] : from.place, short = Math.hypot(x, y) < 8 / editor.diagram.scale;
+    return editor.sketch.mirror(at, short ? Math.PI / 2 : rightAngles(Math.atan2(y, x)));
+  }),
   weld: { down(editor, { node }) { if (node) editor.edit(() => editor.sketch.weld(node)); else editor.refuse("no_point"); } },
   driver: {
     down(editor, { node, link, near }) {

@@ -11,7 +11,7 @@ export function trialOf(sketch) {
   if (mechanism.joints.some(({ drawn }) => !drawn)) return { session: null, reason: "not_drawn" };
   if (!drivers.length) return { session: null, reason: freedom.rank < 1 ? "stiff" : "nodriver" };
   if (!pose.led) return { session: null, reason: "unknown_driver" };
-  if (freedom.count !== drivers.length) return { session: null, reason: freedom.count > drivers.length ? "loose" : "stiff" };
+  if (freedom.count !== drivers.length) return { session: null, reason: freedom.count > drivers.length ? "loose" : freedom.count > 0 ? "overdriven" : "stiff" };
   if (freedom.rank !== freedom.count) return { session: null, reason: "redundant" };
   const machine = new Machine(pose.rows, drivers, pose.q);
   const scene = { dimension: 2, bodies: mechanism.bodies.map(({ name }) => ({ name })), joints: mechanism.joints.filter(({ drawn }) => drawn).map(({ name, kind, first, second }) => ({ name, first, second, pin: kind === "revolute" || kind === "weld" })), ground: [...mechanism.ground.keys()].map((name) => `ground.${name}`), places: [...mechanism.ground.values()] };

@@ -1,6 +1,7 @@
 /** Families of mechanisms that trace curves: the point of a body is o + p u + q v, where u is the path of a pin of that body, v its direction, and o, p, q
  * are complex numbers: place, size and turn of the mechanism, and the point. The numbers x of the linkage shape u and v; the driver runs once around in [0, 2 pi). */
 import { FULL_TURN } from "./complex.js";
+import { arcWhere } from "./linkages.js";
 
 /** The direction of a bar from a to the end of a second one on d: bar, rocker their lengths; false where they do not meet. `at`: where it is written. */
 function barred(ax, ay, dx, dy, bar, rocker, sign, V, at) {
@@ -26,22 +27,13 @@ function turned(x, tau, U, V) {
   return true;
 }
 
-/** The middle and half of the arc of a driven link that does not turn fully, or null. */
-export function swung(bar, rocker, ground) {
-  const cosine = (reach) => (1 + ground * ground - reach * reach) / (2 * ground);
-  const [near, far] = [cosine(Math.abs(bar - rocker)), cosine(bar + rocker)];
-  if (near < 1 && far <= -1) return [Math.PI, Math.PI - Math.acos(Math.max(-1, near))];
-  if (near >= 1 && far > -1) return [0, Math.acos(Math.min(1, far))];
-  return near < 1 && far > -1 ? [(Math.acos(near) + Math.acos(far)) / 2, (Math.acos(far) - Math.acos(near)) / 2] : null;
-}
-
 /** Four-bars whose driven link swings between limits: both branches, one after the other. */
 function swinging(x, tau, U, V) {
   const [bar, rocker, ground] = [Math.exp(x[0]), Math.exp(x[1]), Math.exp(x[2])];
-  const arc = swung(bar, rocker, ground);
-  if (!arc || !(arc[1] > 0.05)) return false;
+  const { middle, half } = arcWhere((bar - rocker) ** 2, (bar + rocker) ** 2, 1 + ground * ground, -2 * ground);
+  if (half === Math.PI || !(half > 0.05)) return false;
   for (let k = 0; k < tau.length; k += 1) {
-    const turn = arc[0] + arc[1] * (1 - 1e-9) * Math.sin(tau[k]), c = Math.cos(turn), s = Math.sin(turn);
+    const turn = middle + half * (1 - 1e-9) * Math.sin(tau[k]), c = Math.cos(turn), s = Math.sin(turn);
     U[2 * k] = c;
     U[2 * k + 1] = s;
     if (!barred(c, s, ground, 0, bar, rocker, Math.cos(tau[k]) < 0 ? -1 : 1, V, 2 * k)) return false;

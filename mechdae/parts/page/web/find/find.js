@@ -1,7 +1,9 @@
 /** Finding linkages with the mouse: poses of a body, points of a curve, a curve that is drawn; thumbnails of what does it, each followed by the page's solver. */
 import { element, pathOf } from "../view.js";
 import { offered } from "../files.js";
+import { made } from "../made.js";
 import { digits } from "../units.js";
+import { words } from "../words.js";
 import { Atlas } from "./atlas.js";
 import { missOfCurve, missOfPoses } from "./checked.js";
 import { direction, minus, norm } from "./complex.js";
@@ -12,39 +14,25 @@ import { extent, smoothThrough } from "./targets.js";
 import { taskText } from "./task.js";
 import { pairs, thumbOf } from "./thumbs.js";
 
+const nothing = () => ({ poses: [], pivots: [], points: [], curve: [] });
 const KINDS = { poses: [2, 5], pivots: [0, 2], points: [5, 9], curve: [12, Infinity] };
 /** How near the pointer takes hold, units; length of an arrow; milliseconds of work between two pictures; fits of a search; how many are shown, how many of them are waited for, how many of each class; the largest miss of a pose. */
 const HOLD = 12, ARROW = 42, SLICE = 24, FITS = 600, SHOWN = 12, FIRST = 3, OF_A_CLASS = 4, TRUE = 1e-6;
 
 export class Finder {
-  /** @param {any} view the diagram: at, from @param {HTMLElement[]} places where buttons go, and thumbnails @param {(key: string) => string} words @param {(drawing: any) => void} use what takes a drawing
+  /** @param {any} view the diagram: at, from @param {HTMLElement[]} places where buttons go, and thumbnails @param {(drawing: any) => void} use what takes a drawing
    * @param {() => void} drawn asks for a new picture */
-  constructor(view, [place, thumbs], words, use, drawn) {
-    Object.assign(this, { view, thumbs, words, use, drawn });
-    this.kind = "poses";
-    this.task = { poses: [], pivots: [], points: [], curve: [] };
-    this.found = [];
-    this.dyads = [];
-    this.chosen = -1;
-    this.busy = false;
-    this.round = 0;
+  constructor(view, [place, thumbs], use, drawn) {
+    Object.assign(this, { view, thumbs, use, drawn, kind: "poses", task: nothing(), round: 0 });
+    this.forgets();
     this.layer = element("g", { class: "finder" });
-    const button = (key, act) => {
-      const made = document.createElement("button");
-      made.type = "button";
-      made.textContent = words(key);
-      made.addEventListener("click", act);
-      bar.append(made);
-      return made;
-    };
-    const bar = document.createElement("div");
-    bar.className = "row-of-tools";
+    const bar = made("div", { class: "row-of-tools" });
+    const button = (key, act) => { const own = made("button", { type: "button", onclick: act }, words(key)); bar.append(own); return own; };
     this.kinds = Object.fromEntries(Object.keys(KINDS).map((kind) => [kind, button(`find_${kind}`, () => this.choose(kind))]));
     this.start = button("find_start", () => this.search());
     this.clear = button("find_clear", () => this.reset());
     this.save = button("find_save", () => offered("task.toml", this.toml(), "text/plain"));
-    this.note = document.createElement("p");
-    this.note.setAttribute("role", "status");
+    this.note = made("p", { role: "status" });
     place.append(bar, this.note);
     this.shown();
   }
@@ -56,19 +44,20 @@ export class Finder {
   }
 
   reset() {
-    this.task = { poses: [], pivots: [], points: [], curve: [] };
+    this.task = nothing();
     this.changed();
   }
 
   /** What is sought was changed: what was found no longer counts. */
   changed() {
     this.round += 1;
-    this.busy = false;
-    this.found = [];
-    this.dyads = [];
-    this.picked = [];
-    this.chosen = -1;
-    this.took = null;
+    this.forgets();
+    this.show();
+  }
+
+  forgets() { Object.assign(this, { busy: false, found: [], dyads: [], picked: [], chosen: -1, took: null }); }
+
+  show() {
     this.shown();
     this.drawn();
   }
@@ -141,8 +130,7 @@ export class Finder {
       const own = linkageOf(this.picked[0], this.picked[1], this.task.poses);
       if (own) { this.put(this.solutionOf(own)); this.take(0); this.picked = []; }
     }
-    this.shown();
-    this.drawn();
+    this.show();
     return true;
   }
 
@@ -195,8 +183,7 @@ export class Finder {
       setTimeout(() => this.checked(round), 0);
     }
     if (this.took === null && (!solution || this.found.length === FIRST)) this.took = performance.now() - this.begun;
-    this.shown();
-    this.drawn();
+    this.show();
   }
 
   /** Compute the atlas while somebody draws. */
@@ -241,8 +228,7 @@ export class Finder {
   take(index) {
     this.chosen = index;
     this.use(this.found[index].drawing);
-    this.shown();
-    this.drawn();
+    this.show();
   }
 
   /** What is sought as a problem file. */
@@ -290,7 +276,7 @@ export class Finder {
 
   /** Buttons, note and thumbnails as things stand. */
   shown() {
-    const { words, kinds, task, found } = this;
+    const { kinds, task, found } = this;
     for (const [kind, button] of Object.entries(kinds)) button.setAttribute("aria-pressed", String(kind === this.kind));
     this.start.disabled = !this.enough;
     this.save.disabled = !this.enough;

@@ -4,8 +4,15 @@ import { moved } from "./dyads.js";
 
 const wrapped = (angle) => angle - FULL_TURN * Math.round(angle / FULL_TURN);
 
-/** Where the driven link turns: the middle of its arc, half of the arc (pi: fully), and whether there is a second arc opposite (mirrored).
- * The other dyad reaches the pin while low <= h + k cos(angle - middle) <= high. */
+/** Where low <= value + slope cos(turn) <= high: the middle of the arc, half of it (pi: everywhere), and whether there is a second arc, mirrored. */
+export function arcWhere(low, high, value, slope) {
+  const [least, most] = [(low - value) / slope, (high - value) / slope].sort((a, b) => a - b), [below, above] = [least <= -1, most >= 1];
+  if (below && above) return { middle: 0, half: Math.PI, two: false };
+  if (!below && !above) return { middle: (Math.acos(least) + Math.acos(most)) / 2, half: (Math.acos(least) - Math.acos(most)) / 2, two: true };
+  return below ? { middle: Math.PI, half: Math.PI - Math.acos(most), two: false } : { middle: 0, half: Math.acos(least), two: false };
+}
+
+/** Where the driven link turns, by `arcWhere` about an axis: there the other dyad reaches the pin. */
 function arcOf({ m, z }, other) {
   const crank = norm(minus(z, m)), bar = norm(minus(other.z, z));
   let [low, high, value, slope, axis] = [0, 0, 0, 0, 0];
@@ -18,11 +25,8 @@ function arcOf({ m, z }, other) {
     [low, high] = [-bar, bar];
     [value, slope, axis] = [inner(minus(m, other.z), normal), crank, angleOf(normal)];
   }
-  const ends = [(low - value) / slope, (high - value) / slope].sort((a, b) => a - b); // of the cosine
-  const [below, above] = [ends[0] <= -1, ends[1] >= 1];
-  if (below && above) return { axis, middle: axis, half: Math.PI, two: false };
-  if (!below && !above) return { middle: axis + (Math.acos(ends[0]) + Math.acos(ends[1])) / 2, half: (Math.acos(ends[0]) - Math.acos(ends[1])) / 2, two: true, axis };
-  return below ? { middle: axis + Math.PI, half: Math.PI - Math.acos(ends[1]), two: false, axis } : { axis, middle: axis, half: Math.acos(ends[0]), two: false };
+  const arc = arcWhere(low, high, value, slope);
+  return { ...arc, axis, middle: axis + arc.middle };
 }
 
 /** Sine of the transmission angle with its sign, at pins and the driven dyad's other end. */

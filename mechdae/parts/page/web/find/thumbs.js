@@ -1,4 +1,5 @@
 /** Thumbnails: a mechanism that was found, with what is asked for and what it is. */
+import { made } from "../made.js";
 import { digits } from "../units.js";
 import { element, pathOf } from "../view.js";
 import { words } from "../words.js";
@@ -27,12 +28,6 @@ function aboutOf({ facts, order, error, miss, good }) {
 /** A button with the picture of a solution. @param {any} solution @param {number[][]} wanted poses, points or places of the curve @param {string} kind which of these
  * @param {boolean} pressed @param {() => void} act */
 export function thumbOf(solution, wanted, kind, pressed, act) {
-  const made = document.createElement("button");
-  made.type = "button";
-  made.className = "linkage";
-  made.setAttribute("aria-pressed", String(pressed));
-  made.addEventListener("click", act);
-  made.classList.toggle("warn", solution.miss !== undefined && !solution.good);
   const { drawing, way } = solution, nodes = new Map(drawing.nodes.map(({ id, x, y }) => [id, [x, y]]));
   const at = fitted([...nodes.values(), ...(kind === "poses" ? wanted : []), ...(way ? pairs(way) : [])]);
   const svg = element("svg", { viewBox: `0 0 ${SIZE.join(" ")}`, width: SIZE[0], height: SIZE[1], "aria-hidden": "true" });
@@ -46,8 +41,6 @@ export function thumbOf(solution, wanted, kind, pressed, act) {
   }
   if (kind === "poses") for (const pose of wanted) { const [x, y] = at(pose); element("path", { d: `M${x} ${y}l${12 * Math.cos(pose[2])} ${-12 * Math.sin(pose[2])}`, class: "wanted" }, svg); }
   else if (kind === "points") for (const point of wanted) { const [cx, cy] = at(point); element("circle", { cx, cy, r: 2, class: "wanted" }, svg); }
-  const text = document.createElement("span");
-  text.textContent = aboutOf(solution);
-  made.append(svg, text);
-  return made;
+  const doubtful = solution.miss !== undefined && !solution.good;
+  return made("button", { type: "button", class: doubtful ? "linkage warn" : "linkage", "aria-pressed": String(pressed), onclick: act }, svg, made("span", {}, aboutOf(solution)));
 }
