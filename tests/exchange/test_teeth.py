@@ -173,6 +173,24 @@ def test_closed_trains_close_or_are_refused_with_the_figure() -> None:
         rows(planets(170))
 
 
+def test_no_pin_reaches_through_what_passes_over_it() -> None:
+    """A planet with an arm of 60 mm, 50 mm from the axis of a wheel of the frame and the carrier.
+
+    What holds both wheels on the axis comes from two sides of the layer of the planet's arm.
+    """
+    arm = md.Body("arm", points={"O": [0, 0], "P": [0.05, 0]})
+    planet = md.Body("planet", points={"P": [0, 0], "T": [0.06, 0]})
+    joints = [md.Revolute("O", "ground.O", "arm.O"), md.Revolute("P", "arm.P", "planet.P")]
+    joints.append(md.Gear("g", "ground.O", "planet.P", carrier="arm", ratio=-2 / 3))
+    mechanism = md.Mechanism(md.Ground({"O": [0, 0]}), [arm, planet], joints, sketch={"arm": 0.3})
+    driver = md.Driver("arm.angle", from_=0, to=7)
+    text = rows(md.Problem(mechanism, {"turn": md.Sweep(driver, poses=9)}))
+    layer = int(re.search(r"^planet,1,(\d+)", text, re.MULTILINE)[1])
+    spans = re.findall(r"^pin O\S*(?: wheel)?,.*layers (\d+) to (\d+)", text, re.MULTILINE)
+    assert len(spans) == 2
+    assert not any(int(low) <= layer <= int(high) for low, high in spans)
+
+
 def test_numbers_of_teeth_are_the_smallest_without_undercut_or_those_asked_for() -> None:
     """17.1 teeth are the least at 20 degrees, 2/sin^2: of 2:5 the first pair is 18:45."""
     problem = pair()

@@ -90,7 +90,6 @@ LOOPS = {
     ("parts/exchange/assemblies/asmt_read.py", "joined"): "more parts are fixed each time",
     ("parts/exchange/robots/link_tree.py", "_small"): "bodies are reached once",
     ("parts/exchange/robots/arm_of_urdf.py", "_way"): "a joint is met once, or it is an error",
-    ("parts/exchange/workshop/gearing.py", "_phased"): "a mesh is taken out each time",
     ("tasks/export/folder.py", "digest"): "the end of the file",
     ("numerics/homotopy/generic_count.py", "walk"): "fewer steps are left each time, or an error",
     ("numerics/homotopy/generic_count.py", "connected"): "subsets are counted down",

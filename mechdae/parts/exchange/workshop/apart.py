@@ -321,8 +321,10 @@ class Stack:
     ----------
     layers
         Layer of each plate that moves; the frame is in layer 0 and, with ``front``, in the last.
+    shafts
+        Pins that are one piece.
     pins
-        First and last layer of each pin.
+        First and last layer of each piece, by its first pin.
     spacers
         Rings of each pin between its plates: the layers that they fill.
     meetings
@@ -330,6 +332,7 @@ class Stack:
     """
 
     layers: dict[str, int]
+    shafts: list[list[str]]
     pins: dict[str, tuple[int, int]]
     spacers: dict[str, list[int]]
     front: int | None
@@ -371,9 +374,10 @@ def _stack(kit: Kit, found: Layers, met: list[Meeting]) -> Stack:
     train = kit.trains()
     layers = {name: found.spans[train[name]][0] for name in kit.moving}
     top = max(layers.values())
+    pieces = [piece for pins in kit.shafts for piece in _pieces(pins, found)]
     shafts: dict[str, tuple[int, int]] = {}
     spacers: dict[str, list[int]] = {}
-    for pins in kit.shafts:
+    for pins in pieces:
         name = pins[0]
         first = min(found.pins[pin][0] for pin in pins)
         last = max(found.pins[pin][1] for pin in pins)
@@ -383,4 +387,17 @@ def _stack(kit: Kit, found: Layers, met: list[Meeting]) -> Stack:
         if inside:
             spacers[name] = inside
     front = top + 1 if any(last > top for _, last in shafts.values()) else None
-    return Stack(layers, shafts, spacers, front, met)
+    return Stack(layers, pieces, shafts, spacers, front, met)
+
+
+def _pieces(pins: list[str], found: Layers) -> list[list[str]]:
+    """Return the pins of a shaft that reach into each other's layers, by pieces."""
+    pieces: list[tuple[int, list[str]]] = []
+    for pin in sorted(pins, key=lambda pin: found.pins[pin]):
+        first, last = found.pins[pin]
+        if pieces and first <= pieces[-1][0]:
+            end, known = pieces.pop()
+            pieces.append((max(end, last), [*known, pin]))
+        else:
+            pieces.append((last, [pin]))
+    return [sorted(piece, key=pins.index) for _, piece in pieces]

@@ -111,7 +111,7 @@ def frames(kit: Kit, stack: Stack) -> list[tuple[CutPart, int]]:
     plate = kit.plates[GROUND]
     held = {
         pin: stack.pins[shaft[0]]
-        for shaft in kit.shafts
+        for shaft in stack.shafts
         for pin in shaft
         if GROUND in kit.pins[pin].plates
     }

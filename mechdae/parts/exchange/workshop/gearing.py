@@ -243,7 +243,7 @@ def _teeth(train: list[WheelPair], counted: dict[Wheel, int], given: dict[str, f
         raise UnavailableError("wheels of one train have several pressure angles", where=where)
     (pressure,) = pressures
     wheels = [*dict.fromkeys(w for m in train for w in (m.one, m.mate) if not w.straight)]
-    reason = ""
+    reasons = []
     for module in _modules(wheels, counted, pressure, given, where):
         for wheel in wheels:
             exact = 2 * wheel.radius / module
@@ -254,10 +254,10 @@ def _teeth(train: list[WheelPair], counted: dict[Wheel, int], given: dict[str, f
                     f"{wheel.radius * 1e3:.6g} mm has {exact:.6g} teeth",
                     where=where,
                 )
-        reason = _phased(train, module, pressure, given) or _passing(train)
-        if not reason:
+        reasons.append(_phased(train, module, pressure, given) or _passing(train))
+        if not reasons[-1]:
             return
-    raise UnavailableError(reason)
+    raise UnavailableError(reasons[0])
 
 
 def _modules(

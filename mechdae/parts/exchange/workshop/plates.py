@@ -244,6 +244,13 @@ def kit_of(motion: ExportedMotion, given: dict[str, float]) -> Kit:
     InputError
         PartSizes that do not fit, with the holes that meet.
     """
+    for name, value in given.items():
+        least = name in ("clearance", "kerf", "air", "backlash")
+        if not np.isfinite(value) or value < 0 or (value == 0 and not least):
+            raise InputError(
+                f"a {'number' if name == 'teeth' else 'length'} {'of 0 or more' if least else 'above 0'} is needed, not {value:g}",
+                where=name,
+            )
     mechanism = motion.mechanism
     if mechanism.dimension != 2:
         raise UnavailableError("parts are made of mechanisms of the plane", where="mechanism")
@@ -410,14 +417,7 @@ def _guide(
 def _sizes(
     motion: ExportedMotion, rigid: Rigid, gearing: Gearing, given: dict[str, float]
 ) -> PartSizes:
-    """Return what is given, the rest by the mechanism's size."""
-    for name, value in given.items():
-        least = name in ("clearance", "kerf", "air", "backlash")
-        if not np.isfinite(value) or value < 0 or (value == 0 and not least):
-            raise InputError(
-                f"a length {'of 0 or more' if least else 'above 0'} is needed, not {value:g}",
-                where=name,
-            )
+    """Return what is given, the rest by the sizes of the mechanism and its wheels."""
     roots = [HUB * w.teeth.low for w in gearing.wheels if not w.straight]
     largest = min([PIN * motion.mechanism.scale, NEAR * _shortest(motion, rigid), *roots])
     pin = given.get("pin", largest)
