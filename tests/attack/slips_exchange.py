@@ -13,6 +13,7 @@ from mechdae.parts.exchange.robots.link_frames import of_quaternion, quaternion,
 from mechdae.parts.exchange.robots.link_tree import link_tree
 from mechdae.tasks.motion_of import motion_of
 from tests.shared.exports import block, coordinate, in_space, motion
+from tests.shared.meshing import faults as faults_of_teeth
 from tests.shared.passing_parts import passing
 from tests.shared.paths import DATA
 from tests.shared.planting import Slip
@@ -22,6 +23,7 @@ DRAWN, ROBOTS = "exchange/test_drawings.py::", "exchange/test_robots.py::"
 BACK = f"{DRAWN}test_a_problem_comes_back_or_what_is_lost_is_said"
 WEIGHTS = f"{ROBOTS}test_weights_of_a_file_are_held_by_the_efforts_of_mechdae"
 CLOSES = f"{ROBOTS}test_sdf_closes_at_200_poses"
+MESH = "exchange/test_teeth.py::test_wheels_mesh_at_the_pose"
 EXACT = 1e-12
 
 
@@ -100,6 +102,12 @@ def passes() -> float:
     return 0.0 if all(met is (gap < 0) for gap, met in gaps) else np.inf
 
 
+def teeth() -> float:
+    """Wheels mesh at the pose, with half of the backlash on either side."""
+    off, gap = faults_of_teeth()
+    return max(off / 1e-6, gap / 1e-3)
+
+
 FROM, TREE = "parts.exchange.drawings.from_drawing", "parts.exchange.robots.link_tree"
 SLIPS = [
     Slip(FROM, "self.grounded and not outer", "self.grounded and outer", circles, BACK),
@@ -130,4 +138,7 @@ SLIPS = [
          "R[1, 2] - R[2, 1], R[0, 2] - R[2, 0]", turns, CLOSES),
     Slip("parts.exchange.workshop.apart", "~(gaps > reach)", "~(gaps > 0)", passes,
          "exchange/test_workshop.py::test_what_passes_between_two_poses_is_met"),
+    Slip("parts.exchange.workshop.gearing", "float(sums[0]) - 0.5", "float(sums[0])", teeth, MESH),
+    Slip("parts.exchange.workshop.teeth", "- thin / (2 * self.radius)",
+         "- thin / (4 * self.radius)", teeth, MESH),
 ]  # fmt: skip

@@ -17,21 +17,10 @@ import pytest
 import mechdae as md
 from mechdae.parts.exchange.workshop.outlines import Bend
 from mechdae.parts.exchange.workshop.teeth import Teeth, ToothedLoop, least_gap
+from tests.shared.meshing import faults, pair
 from tests.shared.solids import Assembly, inside, open_sides, sides_below
 
 ALPHA = radians(20)
-
-
-def pair(teeth=(20, 50), mesh="external", far=0.07, **keys: object) -> md.Problem:
-    """Return two wheels on the frame, of the module 2 mm by default."""
-    wheels = [md.Body(name, points={"O": [0, 0]}) for name in ("one", "two")]
-    joints = [
-        md.Revolute("A", "ground.A", "one.O"), md.Revolute("B", "ground.B", "two.O"),
-        md.Gear("mesh", "one.O", "two.O", teeth=teeth, mesh=mesh, **keys),
-    ]  # fmt: skip
-    ground = md.Ground(points={"A": [0, 0], "B": [far, 0]})
-    mechanism = md.Mechanism(ground, wheels, joints, sketch={"one": 0.1})
-    return md.Problem(mechanism, {"turn": md.Sweep(md.Driver("one.angle", from_=0, to=7), poses=9)})
 
 
 def planets(degrees: float) -> md.Problem:
@@ -135,6 +124,12 @@ def test_backlash_thins_teeth_and_is_the_gap_along_the_normal() -> None:
     assert least_gap(one, rack, one.radius)[0] == pytest.approx(j * cos(ALPHA) / 2, rel=1e-3)
     assert "backlash 0.3 mm" in rows(pair(backlash=3e-4))
     assert "backlash 0.1 mm" in rows(pair(), backlash=1e-4)
+
+
+def test_wheels_mesh_at_the_pose() -> None:
+    off, gap = faults()
+    assert off < 1e-6
+    assert gap < 1e-3
 
 
 def test_teeth_without_backlash_touch_and_planted_thickness_is_met() -> None:

@@ -9,7 +9,7 @@ from tests.shared.paths import ROOT
 PACKAGE = ROOT / "mechdae"
 BUDGETS = {
     "describe": 13_830,  # rare kinds in modules of their own, which most problems do not import
-    "numerics": 4_600,
+    "numerics": 4_640,
     "equations": 7_720,  # what is left out of a scene: rollers, second machines, plane and space
     "results": 3_470,
     "draw": 19_270,  # graphs of motions; texts are measured without matplotlib
@@ -20,7 +20,7 @@ BUDGETS = {
     "design": 15_850,
     "tasks": 2_420,
     "cli": 1_720,
-    "parts": 30_890,  # what a page teaches by
+    "parts": 30_850,  # what a page teaches by
 }
 """Room -> most lines of its modules; some of them import what annotations name."""
 ALONE = 1106

@@ -73,7 +73,7 @@ ROOMS = {
     "parts.page": "cli describe draw equations errors forces kernels motion.continuation "
     "motion.kinematics motion.measures motion.setup results tasks",
     "parts.exchange": "cli describe draw equations errors kernels motion.continuation "
-    "motion.kinematics numerics.arms results tasks tasks.export types",
+    "motion.kinematics numerics numerics.arms results tasks tasks.export types",
     "parts.models": "describe draw equations errors motion.assembly motion.kinematics motion.setup "
     "results tasks types",
     "parts.paper": "cli describe draw draw.formulas errors results tasks tasks.export types",

@@ -21,7 +21,9 @@ from mechdae.describe.layers import Layers, LinksCrossing, fewest_layers
 from mechdae.errors import InputError, UnavailableError
 from mechdae.kernels.bounds.walk import majorant
 from mechdae.kernels.run.functions import Call
-from mechdae.parts.exchange.workshop.plates import RING, Kit, Plate, distances
+from mechdae.numerics.polygons import polygon_gaps
+from mechdae.parts.exchange.workshop.outlines import turned
+from mechdae.parts.exchange.workshop.plates import RING, Kit, Plate
 from mechdae.tasks import ExportedMotion
 from mechdae.types import Floats, Points
 
@@ -188,9 +190,7 @@ class Motions:
             plate = kit.plates[name]
             place, turn = self._frame(_shape(self, plate, 0.0), y)
             angle = float(turn[0])
-            cos, sin = np.cos(angle), np.sin(angle)
-            local = _reference(self, plate)
-            found[name] = (place[0] - np.array([[cos, -sin], [sin, cos]]) @ local, angle)
+            found[name] = place[0] - turned(angle) @ _reference(self, plate), angle
         return found
 
     def travel(self, shape: PlateShape, changes: Floats) -> Floats:
@@ -244,7 +244,7 @@ def meetings(
 
 def _gaps(motions: Motions, one: PlateShape, other: PlateShape, y: Floats) -> Floats:
     a, b = motions.corners(one, y), motions.corners(other, y)
-    found = distances(a, b) - one.radius - other.radius
+    found = polygon_gaps(a, b) - one.radius - other.radius
     for ring, centre, shape, corners in ((one, a, other, b), (other, b, one, a)):
         if ring.free:
             far = np.hypot(*(corners - centre).transpose(2, 0, 1)).max(axis=1)

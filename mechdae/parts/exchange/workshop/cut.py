@@ -10,6 +10,7 @@ import numpy as np
 from mechdae.describe import GROUND
 from mechdae.draw.triangles import triangles
 from mechdae.errors import UnavailableError
+from mechdae.numerics.polygons import polygon_gaps
 from mechdae.parts.exchange.workshop.apart import Motions, Stack, stacked
 from mechdae.parts.exchange.workshop.outlines import Bend, Loop, turned
 from mechdae.parts.exchange.workshop.plates import (
@@ -17,7 +18,6 @@ from mechdae.parts.exchange.workshop.plates import (
     Kit,
     Plate,
     check_slots,
-    distances,
     hull,
     kit_of,
 )
@@ -246,7 +246,7 @@ def _free(outline: Shape, holes: list[Shape], count: int, size: float) -> tuple[
 
         def far(corners: Points, places: Points = places) -> Floats:
             every = np.broadcast_to(corners, (len(places), *corners.shape))
-            return distances(places, every).reshape(len(grid), -1)
+            return polygon_gaps(places, every).reshape(len(grid), -1)
 
         gaps = [core.radius - far(core.corners).max(axis=1)]
         gaps += [far(hole.corners).min(axis=1) - hole.radius for hole in holes]

@@ -13,6 +13,7 @@ from math import ceil, gcd, lcm
 import numpy as np
 
 from mechdae.describe.expression import evaluate
+from mechdae.draw.diagram.wheels import pitch_radii
 from mechdae.errors import InputError, UnavailableError
 from mechdae.parts.exchange.workshop.bodies import Rigid
 from mechdae.parts.exchange.workshop.teeth import Teeth, addendum, contact_ratio, least_gap
@@ -183,10 +184,11 @@ def _pair(motion: ExportedMotion, rigid: Rigid, name: str, gearing: Gearing) -> 
     way = rigid.place(joint.second) - rigid.place(joint.first)
     far = _constant(np.hypot(*way.T), name, "the distance")
     ratio = values[f"{name}.ratio"]
-    if ratio == 1:
-        raise UnavailableError("wheels of a ratio 1 do not mesh inside", where=f"joints.{name}")
-    first = far / abs(1 - ratio)
-    radii = (first, first * abs(ratio))
+    radii = pitch_radii(far, ratio)
+    if radii is None:
+        raise UnavailableError(
+            "a ring and its wheel have a ratio other than 1", where=f"joints.{name}"
+        )
     wheels = [
         gearing.wheel(Wheel(body, rigid.local(end), radius, ratio > 0 and radius == max(radii)))
         for body, end, radius in zip(bodies, ends, radii, strict=True)

@@ -11,60 +11,13 @@ import numpy as np
 from mechdae.describe import GROUND, Joint
 from mechdae.draw.diagram.places import hull as corners_of
 from mechdae.errors import InputError, UnavailableError
+from mechdae.numerics.polygons import polygon_gaps
 from mechdae.parts.exchange.workshop.bodies import Rigid
 from mechdae.parts.exchange.workshop.gearing import Gearing, Wheel, WheelPair, gearing_of
 from mechdae.parts.exchange.workshop.outlines import Loop, turned
 from mechdae.parts.exchange.workshop.teeth import Teeth, ToothedLoop
 from mechdae.tasks import ExportedMotion
-from mechdae.types import Booleans, Floats, Points
-
-
-def distances(a: Points, b: Points) -> Floats:
-    """Return the distance of convex polygons (n, i, 2) and (n, j, 2), 0 where they meet."""
-    found = np.full(len(a), np.inf)
-    for p, q in _sides(a):
-        for r, s in _sides(b):
-            found = np.minimum(found, _between(p, q, r, s))
-    for polygon, point in ((a, b[:, 0]), (b, a[:, 0])):
-        if polygon.shape[1] > 2:
-            found = np.where(_inside(polygon, point), 0.0, found)
-    return found
-
-
-def _sides(polygon: Points) -> list[tuple[Points, Points]]:
-    count = polygon.shape[1]
-    if count < 3:
-        return [(polygon[:, 0], polygon[:, count - 1])]
-    return [(polygon[:, k], polygon[:, (k + 1) % count]) for k in range(count)]
-
-
-def _between(p: Points, q: Points, r: Points, s: Points) -> Floats:
-    """Return the distance of segments p-q and r-s, (n, 2) each."""
-    ends = [_off(p, r, s), _off(q, r, s), _off(r, p, q), _off(s, p, q)]
-    cross = (_turn(p, q, r) * _turn(p, q, s) < 0) & (_turn(r, s, p) * _turn(r, s, q) < 0)
-    return np.where(cross, 0.0, np.min(ends, axis=0))
-
-
-def _off(point: Points, start: Points, end: Points) -> Floats:
-    way, to = end - start, point - start
-    size = np.einsum("ij,ij->i", way, way)
-    with np.errstate(invalid="ignore", divide="ignore"):
-        share = np.where(size > 0, np.einsum("ij,ij->i", to, way) / size, 0.0)
-    off = to - np.clip(share, 0, 1)[:, None] * way
-    found: Floats = np.hypot(off[:, 0], off[:, 1])
-    return found
-
-
-def _turn(a: Points, b: Points, c: Points) -> Floats:
-    found: Floats = (b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0]
-    return found
-
-
-def _inside(polygon: Points, point: Points) -> Booleans:
-    turns = [_turn(p, q, point) >= 0 for p, q in _sides(polygon)]
-    found: Booleans = np.all(turns, axis=0)
-    return found
-
+from mechdae.types import Floats, Points
 
 PIN, NEAR = 0.042, 0.4
 """Diameter of pins where none is given, as a share of the mechanism's size and of the least
@@ -247,10 +200,9 @@ def kit_of(motion: ExportedMotion, given: dict[str, float]) -> Kit:
     for name, value in given.items():
         least = name in ("clearance", "kerf", "air", "backlash")
         if not np.isfinite(value) or value < 0 or (value == 0 and not least):
-            raise InputError(
-                f"a {'number' if name == 'teeth' else 'length'} {'of 0 or more' if least else 'above 0'} is needed, not {value:g}",
-                where=name,
-            )
+            what = "number" if name == "teeth" else "length"
+            bound = "of 0 or more" if least else "above 0"
+            raise InputError(f"a {what} {bound} is needed, not {value:g}", where=name)
     mechanism = motion.mechanism
     if mechanism.dimension != 2:
         raise UnavailableError("parts are made of mechanisms of the plane", where="mechanism")
@@ -370,7 +322,9 @@ def _dowels(base: Plate, teeth: Teeth, kit: Kit) -> list[Floats]:
     best: tuple[float, Points] = (-1.0, np.zeros((0, 2)))
     for at in places:
         here = teeth.place + at @ turned(first).T
-        away = [float(distances(p[None, None], other[None])[0]) for p in here for other in others]
+        away = [
+            float(polygon_gaps(p[None, None], other[None])[0]) for p in here for other in others
+        ]
         nearest = min([*away, far])
         if nearest > best[0] * (1 + SAME):
             best = nearest, here
@@ -477,7 +431,7 @@ def check_slots(plate: Plate, sizes: PartSizes) -> None:
     for one, other in combinations(loops, 2):
         if not (one.startswith("slot") or other.startswith("slot")):
             continue
-        far = float(distances(loops[one][None], loops[other][None])[0])
+        far = float(polygon_gaps(loops[one][None], loops[other][None])[0])
         if far < 2 * sizes.hole * WALL:
             raise UnavailableError(
                 f"{one} and {other} of {plate.name} are {far * 1e3:.4g} mm apart: "

@@ -15,6 +15,7 @@ from mechdae.describe.layers import LinksCrossing
 from mechdae.describe.tasks.kinds import Driven, Modes
 from mechdae.describe.values import Number
 from mechdae.errors import AssemblyError, InputError, MechdaeError, UnknownName
+from mechdae.numerics.polygons import segment_gaps
 from mechdae.parts.types.chains.variants import constructions, pair_kinds
 from mechdae.parts.types.chains.variants.orders import Orders
 from mechdae.parts.types.chains.variants.scheme import Pose, Variant, moves, planar
@@ -22,7 +23,7 @@ from mechdae.records import dataclass, public
 from mechdae.results import Result
 from mechdae.tasks.pictures import with_sketch
 from mechdae.tasks.solve import solve
-from mechdae.types import Floats, Unknowns
+from mechdae.types import Floats
 
 ALONG = ("slide", "s")
 """Coordinates of joints that are places along something."""
@@ -310,24 +311,6 @@ def _bars(body: str, joints: Table[Joint], points: dict[str, Floats]) -> Bars:
 
 def _near(one: Bars, two: Bars, width: float) -> bool:
     """Return whether any two bars come nearer than a width in any pose."""
-    return any(bool((_distance(*a, *b) < width).any()) for a in one for b in two)
-
-
-def _distance(p: Floats, q: Unknowns, r: Floats, s: Floats) -> Floats:
-    """Return the distance of the segments p-q and r-s, each end (2, poses)."""
-    ends = np.minimum.reduce(
-        [_to_bar(p, r, s), _to_bar(q, r, s), _to_bar(r, p, q), _to_bar(s, p, q)]
+    return any(
+        bool((segment_gaps(*(x.T for x in (*a, *b))) < width).any()) for a in one for b in two
     )
-    sides = [_side(r, s, p) * _side(r, s, q) < 0, _side(p, q, r) * _side(p, q, s) < 0]
-    return np.where(sides[0] & sides[1], 0.0, ends)
-
-
-def _to_bar(x: Unknowns, p: Floats, q: Unknowns) -> Any:
-    along = q - p
-    length = (along**2).sum(axis=0)
-    share = np.clip(((x - p) * along).sum(axis=0) / np.where(length > 0, length, 1.0), 0.0, 1.0)
-    return np.linalg.norm(x - p - share * along, axis=0)
-
-
-def _side(p: Floats, q: Unknowns, x: Unknowns) -> Any:
-    return (q - p)[0] * (x - p)[1] - (q - p)[1] * (x - p)[0]
