@@ -10,7 +10,7 @@ import pytest
 import mechdae as md
 from mechdae.parts.page import link
 from mechdae.parts.page.editor import editor
-from tests.shared.browser import CHROMIUM, until
+from tests.shared.browser import CHROMIUM, loaded, until
 
 playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
 pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="no Chromium on this machine")
@@ -58,7 +58,7 @@ def test_fields_of_drivers_show_and_read_a_decimal_comma(browser, tmp_path):
     said: list[str] = []
     page = browser.new_page()
     page.on("console", lambda message: said.append(message.text))
-    page.goto(f"file://{md.page('five-bar-robot', 'circle', lang='ru').save(tmp_path / 'p.html')}")
+    loaded(page, md.page("five-bar-robot", "circle", lang="ru").save(tmp_path / "p.html"))
     field = page.locator("#dimensions fieldset input[type=text]").first
     field.fill("60,5")
     field.blur()
@@ -73,7 +73,7 @@ def test_the_bound_is_told_in_the_units_of_the_page(browser, tmp_path):
     """Where lengths are inches and angles radians, so is how far they may be off."""
     made = md.page("four-bar-crank-rocker", "turn", units="in,rad")
     page = browser.new_page()
-    page.goto(f"file://{made.save(tmp_path / 'inches.html')}")
+    loaded(page, made.save(tmp_path / "inches.html"))
     said = page.locator("#status").inner_text()
     found = re.search(r"error at most (\S+) in, (\S+) rad", said)
     assert found is not None, said
@@ -191,7 +191,7 @@ def test_altered_data_are_noticed(browser, pages, tmp_path, pattern):
     file = tmp_path / "altered.html"
     file.write_text(text[: data.start(1)] + "7" + text[data.end(1) :], encoding="utf-8")
     page = browser.new_page()
-    page.goto(f"file://{file}")
+    loaded(page, file)
     assert "altered" in page.evaluate("mechdae.live")
     assert "altered" in page.locator("#status").inner_text()
     assert page.evaluate("mechdae.pose()") is None
@@ -209,7 +209,7 @@ def test_kernels_that_differ_are_not_believed(browser, pages, tmp_path):
     file = tmp_path / "altered.html"
     file.write_text(text, encoding="utf-8")
     page = browser.new_page()
-    page.goto(f"file://{file}")
+    loaded(page, file)
     assert "differ" in page.evaluate("mechdae.live")
     assert "recorded" in page.locator("#subtitle").inner_text()
     page.close()
@@ -225,7 +225,7 @@ def test_an_altered_script_is_not_run(browser, pages, tmp_path, at):
     file = tmp_path / "altered.html"
     file.write_text(text[:k] + ("A" if text[k] != "A" else "B") + text[k + 1 :], encoding="utf-8")
     page = browser.new_page()
-    page.goto(f"file://{file}")
+    loaded(page, file)
     assert page.locator("#status").inner_text() == "the file was altered"
     assert page.evaluate("mechdae.live === undefined")  # the element of the data
     page.close()
@@ -245,7 +245,7 @@ def test_hostile_titles_and_names_change_nothing(browser, tmp_path, lang):
         md.Problem(own.mechanism, {HOSTILE: own.task("turn")})
     problem = md.Problem(own.mechanism, own.tasks, name=HOSTILE, title=HOSTILE, source=HOSTILE)
     page = browser.new_page()
-    page.goto(f"file://{md.page(problem, lang=lang).save(tmp_path / 'hostile.html')}")
+    loaded(page, md.page(problem, lang=lang).save(tmp_path / "hostile.html"))
     assert page.evaluate("window.hurt === undefined && mechdae.live") is True
     assert page.locator("#title").inner_text() == HOSTILE
     assert page.locator("#subtitle").inner_text() == f"{HOSTILE} / turn"
@@ -269,7 +269,7 @@ def test_hostile_files_change_nothing_in_the_editor(browser, tmp_path):
     problem = md.load("four-bar-double-rocker")
     problem = md.Problem(problem.mechanism, problem.tasks, name=HOSTILE, title=HOSTILE)
     page = browser.new_page()
-    page.goto(f"file://{editor(problem).save(tmp_path / 'hostile.html')}")
+    loaded(page, editor(problem).save(tmp_path / "hostile.html"))
     assert page.evaluate("window.hurt === undefined && mechdae.state().links.length") == 3
     assert page.locator("img").count() == 0
     assert tomllib.loads(page.evaluate("mechdae.toml()"))["title"] == HOSTILE

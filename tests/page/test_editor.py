@@ -12,7 +12,7 @@ import pytest
 import mechdae as md
 from mechdae.parts.page.editor import editor
 from tests.shared import drawing as drawn
-from tests.shared.browser import ARGUMENTS, CHROMIUM, until
+from tests.shared.browser import ARGUMENTS, CHROMIUM, loaded, until
 from tests.shared.command import run
 from tests.shared.drawing import FOUR_BAR, WELDED, at, drag, draw
 from tests.shared.page_data import data_of
@@ -58,7 +58,7 @@ def drawing(browser, files):
         page.on("pageerror", lambda error: said.append(str(error)))
         page.on("request", lambda request: said.append(request.url)
                 if not request.url.startswith(("file:", "blob:", "data:")) else None)  # fmt: skip
-        page.goto(f"file://{files(problem)}")
+        loaded(page, files(problem))
         return page
 
     yield open_editor
@@ -359,7 +359,7 @@ def test_the_sheet_lies_where_its_final_layout_has_it_and_tools_leave_it_there(
 ):
     page = browser.new_page(viewport={"width": wide, "height": 900})
     page.add_init_script(LATE)  # as long as a slow browser has drawn no frame
-    page.goto(f"file://{files()}")
+    loaded(page, files())
     place = at(page, 50, 50)
     page.evaluate("resized()")
     assert at(page, 50, 50) == pytest.approx(place, abs=1e-6)

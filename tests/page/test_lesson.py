@@ -10,7 +10,7 @@ import pytest
 
 import mechdae as md
 from mechdae.parts.page import link
-from tests.shared.browser import CHROMIUM, until
+from tests.shared.browser import CHROMIUM, loaded, until
 
 pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="no Chromium on this machine")
 
@@ -200,7 +200,7 @@ def test_a_wrong_term_does_not_close(browser, pages, tmp_path):
     file = tmp_path / "wrong.html"
     file.write_text(text.replace(link.packed(script), link.packed(wrong)), encoding="utf-8")
     page = browser.new_page(**SCREEN)
-    page.goto(f"file://{file}")
+    loaded(page, file)
     assert gaps(page).max() > 0.01
     page.close()
 
@@ -325,7 +325,7 @@ def test_a_wrong_force_does_not_add_up(pages, browser, tmp_path):
     file = tmp_path / "wrong.html"
     file.write_text(text.replace(link.packed(script), link.packed(wrong)), encoding="utf-8")
     page = browser.new_page(**SCREEN)
-    page.goto(f"file://{file}")
+    loaded(page, file)
     sums = [
         rows[-1][1] for title in steps(page) if "Forces" in title for rows in shown_vectors(page)
     ]

@@ -78,6 +78,7 @@ def test_the_page_works_without_a_kernel(executed, tmp_path):
         page.route(re.compile("^https?:"), lambda route: route.abort())
         page.goto(f"file://{file}")
         frame = page.frames[-1]
+        frame.evaluate("mechdae.ready")
         assert frame.evaluate("mechdae.live") is True
         assert frame.evaluate("mechdae.set({'crank.angle': 0.5}) && mechdae.pose().status") == "ok"
         browser.close()

@@ -11,7 +11,7 @@ import pytest
 
 import mechdae as md
 from tests.attack import page_drivers
-from tests.shared.browser import CHROMIUM, until
+from tests.shared.browser import CHROMIUM, loaded, until
 from tests.shared.live import in_page
 from tests.shared.node import needs_node
 from tests.shared.player import Player
@@ -214,7 +214,7 @@ def test_drivers_by_hand(browser, tmp_path):
     page.on("console", lambda message: said.append(message.text))
     page.on("pageerror", lambda error: said.append(str(error)))
     file = md.page("five-bar-robot", "forward").save(tmp_path / "page.html")
-    page.goto(f"file://{file}")
+    loaded(page, file)
     first = page.evaluate("mechdae.pose().driver")
     field = page.locator("#dimensions").get_by_label("left.angle [°]")
     field.fill("120")
@@ -228,6 +228,7 @@ def test_drivers_by_hand(browser, tmp_path):
     address = page.url
     again = browser.new_page()
     again.goto(address)
+    again.evaluate("mechdae.ready")
     assert again.evaluate("mechdae.pose().points['tip.P'].position") == pytest.approx(wanted)
     again.close()
     pins = [own.bounding_box() for own in page.locator("[data-id$='-pin']").all()]
@@ -241,7 +242,7 @@ def test_drivers_by_hand(browser, tmp_path):
     assert page.evaluate("mechdae.pose().status") == "ok"
     page.locator("#dimensions select").select_option("-1")
     until(page, "mechdae.pose().driver.t !== undefined")
-    page.goto(f"file://{md.page('five-bar-robot', 'circle').save(tmp_path / 'circle.html')}")
+    loaded(page, md.page("five-bar-robot", "circle").save(tmp_path / "circle.html"))
     field = page.locator("#dimensions").get_by_label("tip.P.x [mm]")
     field.fill("2000")
     field.press("Enter")

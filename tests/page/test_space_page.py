@@ -9,7 +9,7 @@ import pytest
 
 import mechdae as md
 from mechdae.draw.space.viewpoint import Viewpoint
-from tests.shared.browser import CHROMIUM
+from tests.shared.browser import CHROMIUM, loaded
 from tests.shared.live import WEB, in_page
 from tests.shared.node import needs_node, run_script
 
@@ -160,7 +160,7 @@ INK = """() => {
 @pytest.mark.parametrize("name", ["double-wishbone", "bevel-differential"])
 def test_long_names_stay_in_the_picture(name, browser, tmp_path):
     page = browser.new_page(viewport={"width": 1280, "height": 800})
-    page.goto(f"file://{md.page(name).save(tmp_path / 'page.html')}")
+    loaded(page, md.page(name).save(tmp_path / "page.html"))
     for share in (0, 0.25, 0.5, 0.75, 1):
         page.locator("#drive input[type=range]").fill(str(share))
         for label, left, right in page.evaluate(INK):

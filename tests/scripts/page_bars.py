@@ -23,7 +23,7 @@ import mechdae as md
 from mechdae.describe.file.library import names
 from mechdae.errors import MechdaeError
 from mechdae.parts.page.editor import editor
-from tests.shared.browser import ARGUMENTS, CHROMIUM
+from tests.shared.browser import ARGUMENTS, CHROMIUM, loaded
 
 DRAG = """async (seconds) => {
   const ranges = document.querySelectorAll('#dimensions .rows input[type=range]');
@@ -119,7 +119,7 @@ class Visit:
         page.on("pageerror", lambda error: self.said.append(str(error)))
         page.on("request", lambda asked: self.said.append(asked.url)
                 if not asked.url.startswith(("file:", "blob:", "data:")) else None)  # fmt: skip
-        page.goto(f"file://{file}")
+        loaded(page, file)
         self.page = page
 
     def look(self, kind: str) -> None:

@@ -27,6 +27,12 @@ def until(page, condition):
     raise AssertionError(condition)
 
 
+def loaded(page, file, fragment=""):
+    """Open a page or an editor, and wait until it is there."""
+    page.goto(f"file://{file}{fragment}")
+    page.evaluate("mechdae.ready")
+
+
 @pytest.fixture(scope="module")
 def browser():
     playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
@@ -50,7 +56,7 @@ def opened(browser, pages):
         page.on("pageerror", lambda error: said.append(str(error)))
         page.on("request", lambda request: said.append(request.url)
                 if not request.url.startswith(("file:", "blob:", "data:")) else None)  # fmt: skip
-        page.goto(f"file://{pages[name]}{fragment}")
+        loaded(page, pages[name], fragment)
         return page
 
     yield open_page

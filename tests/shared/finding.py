@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from mechdae.parts.page.editor import editor
-from tests.shared.browser import until
+from tests.shared.browser import loaded, until
 
 FOUND = """mechdae.finder.found.map((own) => ({ class: own.facts.class, angle: own.facts.angle,
   error: own.error, miss: own.miss, good: own.good, order: own.order, branch: own.facts.branch,
@@ -24,7 +24,7 @@ class Finding:
         self.page.on("console", lambda message: self.said.append(message.text))
         self.page.on("pageerror", lambda error: self.said.append(str(error)))
         self.page.on("request", self._asked)
-        self.page.goto(f"file://{editor().save(folder / 'editor.html')}")
+        loaded(self.page, editor().save(folder / "editor.html"))
         self.page.locator("[data-tool=find]").click()
         self.session = context.new_cdp_session(self.page)
         self.session.send("Performance.enable", {"timeDomain": "threadTicks"})
@@ -36,6 +36,7 @@ class Finding:
     def again(self):
         """Begin with an empty drawing."""
         self.page.reload()
+        self.page.evaluate("mechdae.ready")
         self.page.locator("[data-tool=find]").click()
 
     def seconds(self):

@@ -34,16 +34,18 @@ LOADER = """\
 <script>"use strict";
 (() => {
 %s
-try {
+window.mechdae = { ready: inflated("%s").then((text) => {
 const script = document.createElement("script");
-script.textContent = inflated(bytesOf("%s"));
+script.textContent = text;
 document.body.append(script);
-} catch {
+return window.mechdae.live !== undefined && window.mechdae.ready;
+}).catch(() => {
 document.getElementById("status").textContent = "the file was altered";
-}
+return false;
+}) };
 })();
 </script>"""
-PACKED = re.compile(r'inflated\(bytesOf\("([^"]*)"\)\)')
+PACKED = re.compile(r'inflated\("([^"]*)"\)')
 COMMENTS = re.compile(r"^\s*/\*\*.*?\*/\n|^\s*//[^\n]*\n", re.M | re.S)
 MAIN, SPATIAL = "planar_page", "spatial_page"
 FRAMES = {MAIN: "page.html", SPATIAL: "page.html", "edit": "edit.html"}

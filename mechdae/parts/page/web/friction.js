@@ -1,5 +1,5 @@
 /** Sizes of friction that follow from the forces they act on: all solutions, and the one from no friction. */
-import { eliminated } from "./path.js";
+import { eliminated, signOf } from "./path.js";
 
 export const SAME = 1e-6;
 const SLACK = 1e-9, FINEST = 1e-10, STEPS = 16, CHOICES = 4096;
@@ -26,24 +26,6 @@ function slopesAt(laws, stage, m) {
 
 const unit = (count) => Array.from({ length: count }, (_, i) => Array.from({ length: count }, (__, j) => (i === j ? 1 : 0)));
 const less = (a, b) => a.map((row, i) => row.map((value, j) => value - b[i][j]));
-
-/** The determinant of a small matrix. */
-export function determinant(matrix) {
-  const rows = matrix.map((row) => [...row]);
-  let value = 1;
-  for (let k = 0; k < rows.length; k += 1) {
-    let best = k;
-    for (let i = k + 1; i < rows.length; i += 1) if (Math.abs(rows[i][k]) > Math.abs(rows[best][k])) best = i;
-    if (!(Math.abs(rows[best][k]) > 0)) return 0;
-    if (best !== k) { [rows[k], rows[best]] = [rows[best], rows[k]]; value = -value; }
-    value *= rows[k][k];
-    for (let i = k + 1; i < rows.length; i += 1) {
-      const share = rows[i][k] / rows[k][k];
-      for (let j = k; j < rows.length; j += 1) rows[i][j] -= share * rows[k][j];
-    }
-  }
-  return value;
-}
 
 /** Newton's method on m = size(L + S m); null without success. */
 export function newton(laws, stage, first) {
@@ -136,5 +118,5 @@ export function grown(follow, count) {
 
 /** Whether the branch of a solution still goes on: 1 - dsize/dm has kept its sign, nothing is negative. */
 export function goesOn(laws, stage, m) {
-  return m.every((value) => value >= 0) && determinant(less(unit(m.length), slopesAt(laws, stage, m))) > 0;
+  return m.every((value) => value >= 0) && signOf(less(unit(m.length), slopesAt(laws, stage, m))) > 0;
 }

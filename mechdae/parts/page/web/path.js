@@ -30,15 +30,20 @@ function rowsOf(columns, size) {
   return rows;
 }
 
-/** Solve a small dense system in place by elimination with pivoting; null where it is singular. */
-export function eliminated(matrix, right) {
-  const n = right.length;
+/** Bring a small dense matrix to triangular form in place, rows exchanged, its right side with it; the sign of its determinant, NaN where it is singular. */
+function triangular(matrix, right) {
+  const n = matrix.length;
+  let sign = 1;
   for (let k = 0; k < n; k += 1) {
     let best = k;
     for (let i = k + 1; i < n; i += 1) if (Math.abs(matrix[i][k]) > Math.abs(matrix[best][k])) best = i;
-    if (!(Math.abs(matrix[best][k]) > 0)) return null;
-    [matrix[k], matrix[best]] = [matrix[best], matrix[k]];
-    [right[k], right[best]] = [right[best], right[k]];
+    if (!(Math.abs(matrix[best][k]) > 0)) return NaN;
+    if (best !== k) {
+      [matrix[k], matrix[best]] = [matrix[best], matrix[k]];
+      [right[k], right[best]] = [right[best], right[k]];
+      sign = -sign;
+    }
+    sign *= Math.sign(matrix[k][k]);
     for (let i = k + 1; i < n; i += 1) {
       const share = matrix[i][k] / matrix[k][k];
       if (share !== 0) {
@@ -47,32 +52,21 @@ export function eliminated(matrix, right) {
       }
     }
   }
-  for (let k = n - 1; k >= 0; k -= 1) {
-    for (let j = k + 1; j < n; j += 1) right[k] -= matrix[k][j] * right[j];
+  return sign;
+}
+
+/** Solve a small dense system in place; null where it is singular. */
+export function eliminated(matrix, right) {
+  if (Number.isNaN(triangular(matrix, right))) return null;
+  for (let k = right.length - 1; k >= 0; k -= 1) {
+    for (let j = k + 1; j < right.length; j += 1) right[k] -= matrix[k][j] * right[j];
     right[k] /= matrix[k][k];
   }
   return right;
 }
 
-/** Sign of a determinant, by elimination with pivoting. */
-function signOf(matrix) {
-  const n = matrix.length;
-  let sign = 1;
-  for (let k = 0; k < n; k += 1) {
-    let best = k;
-    for (let i = k + 1; i < n; i += 1) if (Math.abs(matrix[i][k]) > Math.abs(matrix[best][k])) best = i;
-    if (best !== k) {
-      [matrix[k], matrix[best]] = [matrix[best], matrix[k]];
-      sign = -sign;
-    }
-    sign *= Math.sign(matrix[k][k]);
-    for (let i = k + 1; i < n; i += 1) {
-      const share = matrix[i][k] / matrix[k][k];
-      for (let j = k; j < n; j += 1) matrix[i][j] -= share * matrix[k][j];
-    }
-  }
-  return sign;
-}
+/** Sign of the determinant of a small matrix, which is overwritten. */
+export const signOf = (matrix) => triangular(matrix, []);
 
 /** Kernels and numbers of one mechanism; `solve` follows its path. */
 export class Motion {
