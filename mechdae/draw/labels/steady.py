@@ -256,13 +256,18 @@ def cheapest_course(costs: Array, ways: Array) -> tuple[float, Integers]:
     spare = costs.sum(axis=0).min() - least.sum()  # no course is worse than the best that stays
     able = np.flatnonzero(~((costs - least).min(axis=0) > spare + 1e-4))
     costs, ways = np.round(costs[:, able], 6), ways[able]
-    apart = np.linalg.norm(ways[:, None] - ways[None], axis=-1)
-    moves = np.where(apart > 0, MOVES[0], 0.0) + MOVES[1] * apart
     total, came = costs[0], []
     for row in costs[1:]:
-        before = total[:, None] + moves
-        came.append(np.argmin(before, axis=0))
-        total = before[came[-1], range(len(able))] + row
+        best = int(np.argmin(total))
+        direct = total[best] + MOVES[1] * np.linalg.norm(ways - ways[best], axis=-1)
+        left = np.flatnonzero(total <= direct + 1e-9)  # from others one goes by way of the best
+        apart = np.linalg.norm(ways[left, None] - ways[None], axis=-1)
+        before = total[left, None] + (np.where(apart > 0, MOVES[0], 0.0) + MOVES[1] * apart)
+        source = np.argmin(before, axis=0)
+        moved, came_from = before[source, range(len(able))], left[source]
+        stays = (total < moved) | ((total == moved) & (came_from > range(len(able))))
+        came.append(np.where(stays, range(len(able)), came_from))
+        total = np.where(stays, total, moved) + row
     picks = [int(np.argmin(total))]
     for back in reversed(came):
         picks.append(int(back[picks[-1]]))

@@ -94,7 +94,7 @@ def extent(
             places += anchor_of(scene, joint, pose, moved)
             axis = scene.axis(joint, pose) if joint.straight else None
             if axis is not None:
-                ways = [scene.along(joint, index) for index in scene.assembled()] or [0.0]
+                ways = scene.travels.get(joint.name) or [0.0]
                 places += [places[-2] + way * axis for way in (min(ways), max(ways), 0.0)]
             if joint.wheels:
                 for part in surfaces(scene, joint, pose, moved):
