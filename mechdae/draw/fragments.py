@@ -14,13 +14,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mechdae.describe.coordinates import coordinate
 from mechdae.describe.joints.curve import follows_curve
 from mechdae.describe.joints.joint import Joint
 from mechdae.describe.loads import Force, Resistance, Spring
 from mechdae.draw import style
 from mechdae.draw.diagram import symbols
-from mechdae.draw.diagram.amounts import load_values, sense
+from mechdae.draw.diagram.amounts import load_values, pushing
 from mechdae.draw.diagram.diagram import View, common_extent, draw_scene, extent
 from mechdae.draw.diagram.driver import SPAN
 from mechdae.draw.diagram.guides import travel
@@ -216,7 +215,7 @@ def _loads(
             row = load_values(scene, result, load, k) or (1.0,)
             sign = 1.0
             if isinstance(load, Resistance):
-                sign = -sense(scene, result, coordinate(scene.mechanism, load.coordinate), k)
+                sign = pushing(scene, result, load, k)
             values[i] = complex(*row) if isinstance(load, Force) else sign * row[0]
         sizes = np.maximum(style.PULL[0], style.PULL[1] * np.abs(values) / peak)
         sizes *= values != 0

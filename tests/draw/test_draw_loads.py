@@ -1,5 +1,7 @@
 """Loads, springs and dampers in diagrams; words and colours."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from matplotlib.colors import to_hex
@@ -116,6 +118,15 @@ def test_a_driver_that_runs_backwards_turns_resistances(result):
     assert amounts.load_values(scene, back, load, 2) == (250.0,)  # the slider runs to the right
     _, direction = shaft(md.plot(back, pose=2), "R")
     assert direction == pytest.approx([-1, 0])
+
+
+def test_resistances_that_drive_point_along_the_motion(result):
+    mechanism = replace(result.mechanism, loads={"R": result.mechanism.loads["R"]})
+    driver = md.Driver("crank.angle", at=[float(a) for a in ANGLES[:6]])
+    for direction, way in (("driver", 1.0), ("load", -1.0)):
+        task = md.Reactions(driver, poses=None, direction=direction)
+        _, arrow = shaft(md.plot(md.solve(mechanism, task), pose=2), "R")
+        assert arrow == pytest.approx([way, 0])  # the slider runs to the left
 
 
 def test_springs_dampers_masses(result):

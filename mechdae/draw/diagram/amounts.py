@@ -42,6 +42,15 @@ def sense(scene: JoinedScene, result: SweepResult, entry: NamedCoordinate, pose:
     return float(np.sign(way))
 
 
+def pushing(scene: KnownScene, result: SweepResult, load: Resistance, pose: int) -> float:
+    """Return the sense in which a resistance acts: against the motion, along it where loads drive.
+
+    0 where the sense of the motion is not known.
+    """
+    way = sense(scene, result, coordinate(scene.mechanism, load.coordinate), pose)
+    return way if getattr(result.definition, "direction", "") == "load" else -way
+
+
 def result_in_time(result: SweepResult) -> bool:
     """Return whether the poses follow each other in time."""
     return getattr(result, "time", None) is not None

@@ -19,7 +19,7 @@ from mechdae.describe.loads import Force, Load, Resistance, Spring, TableLoad, T
 from mechdae.describe.mechanism import GROUND
 from mechdae.draw import style
 from mechdae.draw.diagram import symbols
-from mechdae.draw.diagram.amounts import acts, load_values, sense
+from mechdae.draw.diagram.amounts import acts, load_values, pushing
 from mechdae.draw.diagram.driver import blocked, held_by, pivot_and_arm, travel_of, turn_arrow
 from mechdae.draw.diagram.places import JoinedScene, Place, hull, within
 from mechdae.draw.diagram.scene import Array, DrawnScene, turned
@@ -76,7 +76,7 @@ def draw_loads(
             straight.append(_force(scene, load, values, pose))
             continue
         entry = coordinate_of(scene, load)
-        way = -sense(scene, result, entry, pose) if isinstance(load, Resistance) else 1.0
+        way = pushing(scene, result, load, pose) if isinstance(load, Resistance) else 1.0
         size = None if values is None else values[0]
         if entry.is_angle:
             with held_by(sheet, scene, entry, places):

@@ -16,7 +16,7 @@ from mechdae.describe.joints.joint import Joint
 from mechdae.describe.loads import Force, Load, Resistance, Spring, TableLoad, Torque
 from mechdae.draw import style
 from mechdae.draw.diagram import symbols
-from mechdae.draw.diagram.amounts import load_axis, load_values, sense
+from mechdae.draw.diagram.amounts import load_axis, load_values, pushing
 from mechdae.draw.diagram.driver import blocked
 from mechdae.draw.diagram.loads import (
     MANY,
@@ -104,8 +104,9 @@ class SpatialLoads:
                 items += self._tabulated(load, load.body, values)
                 continue
             entry = coordinate_of(self.scene, load)
-            against = -sense(self.scene, self.result, entry, self.pose.pose)
-            sign = against if isinstance(load, Resistance) else 1.0
+            sign = 1.0
+            if isinstance(load, Resistance):
+                sign = pushing(self.scene, self.result, load, self.pose.pose)
             size = None if values is None else values[0]
             found = self._axis(entry)
             if found is None:
