@@ -42,7 +42,7 @@ def sense(scene: JoinedScene, result: SweepResult, entry: NamedCoordinate, pose:
     return float(np.sign(way))
 
 
-def pushing(scene: KnownScene, result: SweepResult, load: Resistance, pose: int) -> float:
+def pushing(scene: JoinedScene, result: SweepResult, load: Resistance, pose: int) -> float:
     """Return the sense in which a resistance acts: against the motion, along it where loads drive.
 
     0 where the sense of the motion is not known.

@@ -17,6 +17,8 @@ MOUTH, PISTON = 0.85, 0.75
 """Ends of a cylinder's barrel, and of its piston's way, over the shortest travel."""
 REACH = 2.5
 """A guide is drawn at most so many sizes of the mechanism beyond its block."""
+USUAL = 250.0
+"""Size of a mechanism in a picture of usual size [units]."""
 
 
 def axis_of(scene: DrawnScene, joint: Joint, pose: int) -> Array:
@@ -99,7 +101,7 @@ def _draw_prismatic(
     margin = (style.BLOCK[0] + 7.0) * axis
     ends = (f"{joint.name}/low", f"{joint.name}/high")
     if joint.first_body == GROUND:
-        side = _clear_side(sheet, scene, joint, pose, (start - margin, end + margin))
+        side = _clear_side(sheet, scene, joint, pose, (low - now, high - now))
         shift, gid = style.BLOCK[1] * side, f"joint-{joint.name}-guide"
         with sheet.on(*ends, turn=turn, span=True):
             symbols.hatch(sheet, start - margin + shift, end + margin + shift, side, gid)
@@ -126,22 +128,28 @@ def _draw_prismatic(
 
 
 def _clear_side(
-    sheet: Sheet, scene: DrawnScene, joint: Joint, pose: int, ends: tuple[Array, Array]
+    sheet: Sheet, scene: DrawnScene, joint: Joint, pose: int, ways: tuple[float, float]
 ) -> Array:
-    """Return the side of a fixed guide that fewer bars cross, in a motion in all its poses."""
+    """Return the side of a fixed guide that fewer bars cross, in a motion in all its poses.
+
+    It is the same at every scale: the wall is as far off as in a picture of usual size.
+    """
     key, poses = f"guide-{joint.name}", [pose]
     if sheet.memory is not None:
         if key in sheet.memory:
             return sheet.memory[key]
         known = scene.assembled() or [pose]
         poses = known[:: max(len(known) // 12, 1)]
-    axis = axis_of(scene, joint, pose)
+    axis, center = axis_of(scene, joint, pose), scene.place(joint.second, pose)
     middle = np.mean([_middle(scene, k) for k in poses], axis=0)
-    side = guide_side(axis, (ends[0] + ends[1]) / 2, sheet.at(middle))
-    bars = np.vstack([_other_bars(sheet, scene, joint.second_body, k) for k in poses])
+    side = guide_side(axis, center + sum(ways) / 2 * axis, middle)
+    bars = np.vstack([_other_bars(scene, joint.second_body, k) for k in poses])
+    spots = np.vstack([bars.reshape(-1, 2), middle])
+    step = float(np.ptp(spots, axis=0).max()) / USUAL
+    reach = np.array(ways) + step * (style.BLOCK[0] + 7.0) * np.array([-1.0, 1.0])
 
     def crossed(way: Array) -> float:
-        line = np.array(ends) + style.BLOCK[1] * way
+        line = center + step * style.BLOCK[1] * way + np.outer(reach, axis)
         return float(cuts(line[:1], line[1:], bars)[0])
 
     side = min((side, -side), key=crossed)
@@ -166,21 +174,22 @@ def guide_side(axis: Array, center: Array, middle: Array) -> Array:
     """Return the side of a guide that is hatched: below, or away from the mechanism."""
     side = normal(axis)
     if abs(side[1]) < 0.35:
-        side = side if float(side @ (middle - center)) < 0 else -side
+        away = float(side @ (center - middle))  # nothing but rounding where it is in line
+        side = side if away > 1e-9 * float(np.hypot(*(center - middle))) else -side
     elif side[1] > 0:
         side = -side
     return side
 
 
-def _other_bars(sheet: Sheet, scene: DrawnScene, body: str, pose: int) -> Array:
-    """Return the lines of all bodies but one, (n, 4)."""
+def _other_bars(scene: DrawnScene, body: str, pose: int) -> Array:
+    """Return the lines [m] of all bodies but one, (n, 4)."""
     ends = [
         [scene.place(f"{name}.{point}", pose) for point in pair]
         for name in scene.mechanism.bodies
         if name != body and scene.shown(name, pose)
         for pair in edges(shape_of(scene, name))
     ]
-    return sheet.at(np.reshape(ends, (-1, 2))).reshape(-1, 4)
+    return np.reshape(ends, (-1, 4))
 
 
 def _middle(scene: DrawnScene, pose: int) -> Array:
