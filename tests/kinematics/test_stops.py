@@ -244,7 +244,7 @@ def test_nothing_is_said_of_the_motion_without_stops() -> None:
 def test_a_page_of_a_joint_with_limits_is_recorded() -> None:
     """A live one would certify poses that a stop forbids."""
     page = md.page(four_bar(), "turn")
-    assert page.data["reason"] == "with limits of joints it is recorded"
+    assert page.data["reason"] == "its joints have limits, at which only mechdae stops"
 
 
 def test_parts_are_not_made_of_a_motion_that_stops() -> None:

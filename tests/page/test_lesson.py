@@ -538,13 +538,25 @@ def test_forces_have_curves(opened):
 def test_a_motion_has_curves_energies_and_events(opened):
     page = opened("coasting-slider-crank", **SCREEN)
     result = md.solve("coasting-slider-crank", "motion")
-    assert page.locator(".chart").first.locator(".event").count() == len(result.events)
+    ways = (
+        page.locator(".chart")
+        .first.locator(".event")
+        .evaluate_all("(all) => all.map((own) => own.getAttribute('d').split('M').length - 1)")
+    )
+    assert sum(ways) == len(result.events)
+    times: dict[tuple[str, str], list[float]] = {}
+    for event in result.events:
+        part = getattr(event, "joint", None) or event.name
+        times.setdefault((event.kind, part), []).append(float(event.at))
+    assert page.locator(".events > *").count() == len(ways) == len(times)
     titles = page.locator(".chart .title").all_text_contents()
     assert {"φ, °", "ω, rad/s", "ε, rad/s²", "energy, J"} == set(titles)
     said = page.locator(".chip").all_inner_texts()
     assert f"{result.scalars['kinetic'][0]:.5g}" in " ".join(said)
     about = page.locator(".event title").first.text_content()
-    assert about.startswith("reversal in C, t = 0.1128")
+    ((kind, part), at), *_ = times.items()
+    assert (kind, at[0]) == ("reversal", pytest.approx(0.1128, rel=1e-3))
+    assert about == f"reversal in {part}, {len(at)} times, t = {at[0]:.4g} s to {at[-1]:.4g} s"
     page.click("#tab-dimensions")
     table = page.locator("#dimensions").inner_text()
     assert "m_slider" in table

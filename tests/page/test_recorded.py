@@ -70,12 +70,19 @@ def test_recorded_motions_play_in_time(tmp_path) -> None:
     """Steps of an integrator are no equal times; poses of a sweep are equal steps."""
     script = f"""
 import {{ Recorded }} from "{(ROOT / "mechdae/parts/page/web/recorded.js").as_uri()}";
-const made = (unit, values) => new Recorded({{ driver: {{ unit, values }},
+const made = (unit, values) => new Recorded({{ driver: {{ unit, values }}, status: [],
   recorded: {{ rows: values.map((_, k) => k), points: {{}}, angles: {{}}, turns: {{}} }} }});
-const time = made("s", [2, 2.1, 2.2, 6]), angle = made("rad", [0, 5, 6, 7]);
-const shares = [0, 0.02, 0.03, 0.5, 0.99, 1];
-const back = [0, 1, 2, 3].map((k) => time.at(time.share(k)));
-const result = [shares.map((s) => time.at(s)), shares.map((s) => angle.at(s)), back];
+const played = (unit, values, share) => {{
+  const own = made(unit, values);
+  own.advance(6 * share);
+  return own.s;
+}};
+const shares = [0, 0.02, 0.03, 0.5, 0.99], time = made("s", [2, 2.1, 2.2, 6]);
+const back = [0, 1, 2].map((k) => {{ time.drive(k); time.advance(0); return time.s; }});
+const result = [shares.map((own) => played("s", [2, 2.1, 2.2, 6], own)),
+  shares.map((own) => played("rad", [0, 5, 6, 7], own)), back, [2.14, 9].map((v) => time.at(v))];
 console.log(JSON.stringify(result));
 """
-    assert run_script(script, tmp_path) == [[0, 0, 1, 2, 2, 3], [0, 0, 0, 2, 3, 3], [0, 1, 2, 3]]
+    assert run_script(script, tmp_path) == [
+        [0, 0, 1, 2, 2], [0, 0, 0, 2, 3], [0, 1, 2], [1, 3],
+    ]  # fmt: skip

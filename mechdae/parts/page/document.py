@@ -29,7 +29,6 @@ from mechdae.motion.kinematics.sweep import run as followed
 from mechdae.parts.page import efforts, lesson, link, live, scenes
 from mechdae.parts.page import page_drivers as ways
 from mechdae.parts.page.programs.javascript import NotPrintable
-from mechdae.parts.page.reasons import said
 from mechdae.records import dataclass, public
 from mechdae.results import Result, plain
 from mechdae.tasks.solve import solve
@@ -199,11 +198,11 @@ def _followed(problem: Problem, name: str, lang: str) -> _Followed:
 def _loaded(problem: Problem, task: Reactions, lang: str) -> tuple[LoadedRun | None, str]:
     """Return a task's run with its forces, or why they are not shown."""
     if problem.mechanism.dimension == 3:
-        return None, said("space", lang)
+        return None, link.said("space", lang)
     task = replace(task, outputs=None, measures=None)
     try:
         found = loaded_run(problem, task)
-        reason = said(efforts.why_without(found.statics), lang)
+        reason = link.said(efforts.why_without(found.statics), lang)
     except MechdaeError as error:
         return None, error.what
     return (None, reason) if reason else (found, "")
@@ -213,7 +212,7 @@ def _loaded(problem: Problem, task: Reactions, lang: str) -> tuple[LoadedRun | N
 def _page(problem: Problem, name: str, lang: str, names: tuple[str, ...], file: str) -> Page:
     units, found = units_of(names, problem.mechanism.units), _followed(problem, name, lang)
     setting, run, result, task = found.setting, found.run, found.result, found.task
-    reason = said(live.why_recorded(setting, run, task), lang, kind=getattr(task, "kind", ""))
+    reason = link.said(live.why_recorded(setting, run, task), lang, kind=getattr(task, "kind", ""))
     data: Json = {
         "schema": 1,
         "version": __version__,
@@ -246,7 +245,7 @@ def _page(problem: Problem, name: str, lang: str, names: tuple[str, ...], file: 
         except NotPrintable as error:
             data |= {"live": False, "reason": str(error)}
     if not data["live"] and isinstance(task, Sweep) and result.status.size > MOST_RECORDED:
-        data["reason"] += said("poses", lang, some=MOST_RECORDED, all=result.status.size)
+        data["reason"] += link.said("poses", lang, some=MOST_RECORDED, all=result.status.size)
     if not data["live"]:
         result = smooth(result, _ways)
         data |= {"driver": _driver(result), "status": [str(status) for status in result.status]}

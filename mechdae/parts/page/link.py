@@ -100,9 +100,18 @@ def linked(data: Json, kernels: Json | None, main: str = MAIN, drawing: Json | N
 @cache
 def words_of(lang: str, main: str = MAIN) -> dict[str, str]:
     """Return the words of a page or of the editor in a language, by their keys."""
-    tables = tomllib.loads((WEB / "words.toml").read_text(encoding="utf-8"))
-    found: dict[str, str] = tables[lang]["page"]
-    return found | tables[lang]["edit"] if main == "edit" else found
+    found: dict[str, str] = _words()[lang]["page"]
+    return found | _words()[lang]["edit"] if main == "edit" else found
+
+
+def said(key: str, lang: str, **facts: object) -> str:
+    """Return why a page plays recorded poses, or shows no forces, "" without a key."""
+    return _words()[lang]["reasons"][key].format(**facts) if key else ""
+
+
+@cache
+def _words() -> dict[str, dict[str, dict[str, str]]]:
+    return tomllib.loads((WEB / "words.toml").read_text(encoding="utf-8"))
 
 
 def _spread(stored: Json, key: str = "", rows: int = 1) -> Json:

@@ -1,7 +1,7 @@
 /** The address of a page: what differs from the file. */
 
 export function writeHash({ session, data, way }) {
-  if (!session || location.protocol === "about:") return;
+  if (!session.live || location.protocol === "about:") return;
   const parts = data.sliders.flatMap((slider, k) => (session.theta[k] === slider.value ? [] : [`${encodeURIComponent(slider.name)}=${session.theta[k]}`]));
   if (way !== session.way) parts.push(`drivers=${session.drivers()}`, `along=${encodeURIComponent(way.name)}`);
   else if (session.s !== data.start.s) parts.push(`s=${session.s}`);
@@ -11,7 +11,7 @@ export function writeHash({ session, data, way }) {
 }
 
 export function readHash({ session, data }) {
-  if (!session || location.hash.length < 2) return;
+  if (!session.live || location.hash.length < 2) return;
   const given = new Map(location.hash.slice(1).split("&").map((part) => part.split("=").map(decodeURIComponent)));
   if (given.has("mode")) session.choose(given.get("mode"));
   const theta = data.sliders.map((slider, k) => {

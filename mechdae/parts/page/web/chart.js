@@ -10,6 +10,8 @@ const CROWDED = 26;
 const SILENCE = 1e-11;
 /** A curve jumps where a step is so many times those beside it. */
 const JUMP = 2;
+/** Length of the marks of many events [px]. */
+const TICK = 6;
 
 /** Round steps of 1, 2 or 5 times a power of ten. */
 export function ticks(low, high, count) {
@@ -97,9 +99,9 @@ export class Chart {
     }
     text(EDGE.left, 11, "start", "title", `${title}${name ? `, ${name}` : ""}`);
     if (foot) text(width - EDGE.right, 11, "end", "tick", `${foot}${where ? `, ${where}` : ""}`);
-    for (const [at, , about] of events) {
-      const mark = element("line", { x1: this.x(at), x2: this.x(at), y1: EDGE.top, y2: EDGE.top + this.size[1], class: "event" }, this.curve);
-      element("title", {}, mark).textContent = about;
+    for (const { times, many, about } of events) {
+      const ways = times.map((at) => `M${this.x(at).toFixed(1)} ${EDGE.top}v${many ? TICK : this.size[1]}`);
+      element("title", {}, element("path", { d: ways.join(""), class: many ? "event many" : "event" }, this.curve)).textContent = about;
     }
     for (const { values, look } of lines) this.line(places, values, look);
     this.gaps(places, lines);

@@ -1,6 +1,6 @@
 /** Curves of what is chosen in the diagram: a quantity and its two rates, one panel each. */
 import { Chart } from "./chart.js";
-import { bareAngle } from "./session.js";
+import { bareAngle, pinned } from "./session.js";
 import { lightable, whenLit } from "./light.js";
 import { find, made, written } from "./made.js";
 import { sentence, words } from "./words.js";
@@ -18,7 +18,14 @@ export class Curves {
     this.more = made("select", { "aria-label": words("add_curve"), title: words("add_curve"), onchange: () => { this.toggle(this.things[Number(this.more.value)]); this.more.value = ""; } },
       made("option", { value: "" }, `+ ${words("add_curve")}`), ...things.map(({ name }, k) => made("option", { value: k }, name)));
     this.room = made("div", { class: "charts", style: `--least:${LEAST}px` });
-    find(id).append(made("p", { class: "hint" }, words(id === "forces" ? "hint_forces" : app.session ? "hint_curves" : "hint_recorded")), this.chips, this.room);
+    find(id).append(made("p", { class: "hint" }, words(id === "forces" ? "hint_forces" : app.session.live ? "hint_curves" : "hint_recorded")), this.chips, this.room, ...this.events());
+  }
+
+  /** What happens along the way, events of one kind at one part together. */
+  events() {
+    const { events } = this.app.along(), list = (times) => made("p", {}, times.map((at) => quantity(at, "s", 5)).join("; "));
+    const rows = events.map(({ times, about }) => (times.length > 1 ? made("details", {}, made("summary", {}, about), list(times)) : made("p", {}, about)));
+    return rows.length ? [made("div", { class: "events" }, ...rows)] : [];
   }
 
   /** Choose a thing, or choose it no more. */
@@ -65,7 +72,7 @@ export class Curves {
   }
 
   frame() {
-    const { app } = this, at = app.place;
+    const { app } = this, at = app.session.value;
     for (const { chart, lines } of this.shown || []) chart.mark(at, lines.map(({ now }) => now()));
     if (app.reading) this.chosen.forEach((thing, k) => {
       const text = thing.lines().filter(({ order }) => order === 0).map(({ now, unit }) => quantity(now(), unit, 5)).join("; ");
@@ -75,61 +82,57 @@ export class Curves {
   }
 }
 
+/** A line of a panel: what `of` gives at poses, null for none. */
+const lineOf = (session, of, unit, order, more = {}) => ({ unit, order, dashed: false, ...more, values: () => session.poses.map(of), now: () => of(session.pose) });
+
+/** A line of an output by its path. */
+function lineAt(session, path, unit, order, more) {
+  const { scalar } = session.output(path);
+  const of = (pose) => { const value = pose && scalar(pose); return Number.isFinite(value) ? value : null; };
+  return lineOf(session, of, unit, order, more);
+}
+
 /** Points that pins hold together are one; what stands still has no curves. */
 export function thingsOf(app) {
-  const { session, data } = app, { letters = {}, numbers = {} } = data.lesson;
-  const same = new Map();
-  const root = (name) => { let own = name; while (same.has(own)) own = same.get(own); return own; };
-  for (const { pin, first, second } of data.scene.joints) if (pin && root(first) !== root(second)) same.set(root(second), root(first));
+  const { session, data } = app, { letters = {}, numbers = {} } = data.lesson, root = pinned(data.scene.joints);
   const fixed = new Set(data.scene.ground.map(root)), found = new Map();
-  const line = (entry, order, component, dashed = false) => {
-    const number = (pose) => {
-      const own = pose && session.told(pose, entry, order);
-      return own && own.every(Number.isFinite) ? (component === null ? Math.hypot(...own) : own[component]) : null;
-    };
-    return { unit: entry.unit, order, dashed, values: () => session.poses.map(number), now: () => number(session.pose) };
-  };
   for (const entry of data.entries) {
-    const { kind, part, columns, names } = entry;
-    const key = kind === "points" ? root(part) : `${kind} ${part}`;
+    const { kind, part, columns, names, unit } = entry, key = kind === "points" ? root(part) : `${kind} ${part}`;
     if (kind === "points" && fixed.has(key)) continue;
     if (found.has(key)) { found.get(key).parts.push(part); continue; }
-    const many = columns.length > 1, orders = bareAngle(entry) ? [0] : names.map((_, order) => order);
-    const title = { points: `${words("point")} ${written(letters[part] || part)}`, bodies: `${numbers[part] ? `${numbers[part]} ` : ""}${part}`, joints: `${words("joint")} ${part}` }[kind];
-    if (!title) continue;
-    const axes = names[0] === "orientation" ? [] : columns.map((_, axis) => line(entry, 0, axis, axis > 0));
-    const lines = many ? [...axes, ...orders.slice(1).map((order) => line(entry, order, null))] : orders.map((order) => line(entry, order, 0));
-    found.set(key, { kind, parts: [part], name: title, lines: () => lines, columns });
+    const name = { points: `${words("point")} ${written(letters[part] || part)}`, bodies: `${numbers[part] ? `${numbers[part]} ` : ""}${part}`, joints: `${words("joint")} ${part}` }[kind];
+    if (!name) continue;
+    const line = (order, axis = "", dashed = false) => lineAt(session, `${kind}/${part}/${names[order]}${axis && `/${axis}`}`, unit, order, { dashed });
+    const axes = columns.length > 1 && names[0] !== "orientation" ? [..."xyz"].slice(0, columns.length) : [];
+    const lines = [...axes.map((axis, k) => line(0, axis, k > 0)), ...names.map((_, order) => order).filter((order) => (order ? !bareAngle(entry) : columns.length === 1)).map((order) => line(order))];
+    found.set(key, { kind, parts: [part], name, lines: () => lines, columns });
   }
   return [...found.values()];
 }
 
-/** Curves of a recorded motion: places of points, what was stored of links, slides, energies. */
-export function recordedThings(app) {
-  const { recorded } = app;
-  const found = recorded.series.map(({ kind, part, names, unit, values }) => {
-    const lines = names.map((_, order) => ({ unit, order, dashed: false, values: () => values[order], now: () => values[order][app.shown], title: unit === "J" ? words("energy") : "" }));
+/** Curves of a recorded motion: what was stored of links, slides, energies, places of points. */
+export function recordedThings(session) {
+  const stored = session.series.map(({ kind, part, names, unit, values }) => {
+    const lines = names.map((_, order) => lineOf(session, ({ k }) => values[order][k], unit, order, { title: unit === "J" ? words("energy") : "" }));
     return { kind, parts: [part], name: kind === "scalars" ? words(`${part}_energy`) : `${kind === "joints" ? `${words("joint")} ` : ""}${part}`, lines: () => lines };
   });
-  for (const part of recorded.moving()) {
-    const lines = [0, 1, 2].slice(0, app.data.scene.dimension).map((axis) => ({ unit: "m", order: 0, dashed: axis > 0, values: () => recorded.track(part, axis), now: () => recorded.track(part, axis)[app.shown] }));
-    found.push({ kind: "points", parts: [part], name: `${words("point")} ${part}`, lines: () => lines });
-  }
-  return found;
+  return [...stored, ...session.moving().map((part) => {
+    const lines = [0, 1, 2].slice(0, session.data.scene.dimension).map((axis) => lineOf(session, (pose) => (session.place(part, pose) || [null, null, null])[axis], "m", 0, { dashed: axis > 0 }));
+    return { kind: "points", parts: [part], name: `${words("point")} ${part}`, lines: () => lines };
+  })];
 }
 
 /** Efforts of drivers, reactions and losses of joints. */
 export function forceThings(app) {
   const { session, data } = app, { efforts, joints, lossy, units } = data.forces;
-  const thing = (kind, part, name, path, unit, title) => {
-    const { scalar } = session.output(path);
-    const lines = [{ unit, order: 0, dashed: false, title, values: () => session.poses.map(scalar), now: () => scalar(session.pose) }];
-    return { kind, parts: [part], name, lines: () => lines };
+  const thing = (kind, part, word, path, unit) => {
+    const lines = [lineAt(session, path, unit, 0, { title: words(word) })];
+    return { kind, parts: [part], name: `${words(word)} ${part}`, lines: () => lines };
   };
   return [
-    ...efforts.map((name) => thing("efforts", name, `${words("effort")} ${name}`, `efforts/${name}`, units[name], words("effort"))),
-    ...joints.map(({ name }) => thing("joints", name, `${words("reaction")} ${name}`, `joints/${name}/reaction`, "N", words("reaction"))),
-    ...lossy.map((name) => thing("losses", name, `${words("loss")} ${name}`, `joints/${name}/loss`, "W", words("loss")))];
+    ...efforts.map((name) => thing("efforts", name, "effort", `efforts/${name}`, units[name])),
+    ...joints.map(({ name }) => thing("joints", name, "reaction", `joints/${name}/reaction`, "N")),
+    ...lossy.map((name) => thing("losses", name, "loss", `joints/${name}/loss`, "W"))];
 }
 
 /** Light the part of the diagram whose chip is pointed at. */

@@ -1,9 +1,10 @@
 /** Sliders of the dimensions, and their dimension lines in the diagram, which light up with each other. */
 import { element } from "./view.js";
 import { lightable, whenLit } from "./light.js";
-import { find, made, numberIn, written } from "./made.js";
+import { find, made, written } from "./made.js";
+import { SliderRow } from "./slider.js";
 import { sentence, words } from "./words.js";
-import { digits, displayed, quantity } from "./units.js";
+import { quantity } from "./units.js";
 
 /** How far a dimension line is from what it measures, and from the next one; of angles the radius. */
 const OFF = 17, NEXT = 15, TURNED = 30, LONG = 6, HEAD = 6, SUPPORT = 22;
@@ -16,7 +17,7 @@ export class Dimensions {
     this.app = app;
     const { data, session } = app;
     this.layer = element("g", { class: "dimensions" }, app.diagram.svg);
-    if (session) this.build(data, session);
+    if (session.live) this.build(data, session);
     else this.list(data);
   }
 
@@ -29,18 +30,13 @@ export class Dimensions {
 
   build(data, session) {
     const { app } = this;
-    const box = made("div", { class: "rows" });
-    this.rows = data.sliders.map((slider, k) => {
-      const unit = (data.units || {})[slider.name] || "m";
-      const [factor, name] = displayed(unit);
-      const range = made("input", { type: "range", min: slider.low, max: slider.high, step: "any", value: slider.value, "aria-label": slider.name, title: sentence("drag_number", slider.name),
-        onpointerdown: () => session.remember(), onkeydown: () => session.remember(), oninput: () => app.want({ theta: [k, Number(range.value)] }) });
-      const field = made("input", { type: "text", inputmode: "decimal", value: digits(slider.value * factor, 7), "aria-label": `${slider.name} [${name}]`, title: words("type_number"),
-        onchange: () => { session.remember(); app.want({ theta: [k, numberIn(field.value) / factor] }); } });
-      const note = made("span", { class: "note", hidden: true });
-      box.append(lightable(made("div", { class: "row" }, made("label", {}, slider.name), range, field, made("span", { class: "unit" }, name), note), `dim-${k}`));
-      return { range, field, note, factor, unit };
+    const begin = () => session.remember();
+    this.rows = data.sliders.map(({ name, low, value, high }, k) => {
+      const row = new SliderRow(name, (data.units || {})[name] || "m", [low, value, high], (changed) => app.want({ theta: [k, changed] }), { begin, title: sentence("drag_number", name), about: words("type_number") });
+      lightable(row.row, `dim-${k}`);
+      return row;
     });
+    const box = made("div", { class: "rows" }, ...this.rows.map(({ row }) => row));
     const act = (key, run) => made("button", { type: "button", title: words(`about_${key}`), onclick: run }, words(key));
     find("dimensions").append(box, made("div", { class: "acts" }, act("reset", () => app.reset()), act("undo", () => app.undo(true)), act("redo", () => app.undo(false))));
     const taken = {};
@@ -72,25 +68,12 @@ export class Dimensions {
     if (this.places) this.frame();
   }
 
-  /** A sentence below a slider; "" none. */
-  note(k, text) {
-    this.rows[k].note.hidden = !text;
-    this.rows[k].note.textContent = text;
-  }
-
-  whole() {
-    const { theta } = this.app.session || {};
-    (this.rows || []).forEach(({ range, field, factor, unit }, k) => {
-      range.value = theta[k];
-      range.setAttribute("aria-valuetext", quantity(theta[k], unit));
-      if (document.activeElement !== field) field.value = digits(theta[k] * factor, 7);
-    });
-  }
+  whole() { (this.rows || []).forEach((row, k) => row.show(this.app.session.theta[k])); }
 
   /** Put the lines where the links are: those that keep their length are only moved. */
   frame() {
     const { app } = this, { session, diagram } = app;
-    if (!session || !this.lines) return;
+    if (!session.live || !this.lines) return;
     this.places = app.now();
     const angles = app.turned(), open = app.tabs.shown === "dimensions";
     const few = this.lines.length <= TOGETHER && !app.data.scene.space;

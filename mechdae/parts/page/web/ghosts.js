@@ -17,30 +17,18 @@ export class Ghosts {
     const key = JSON.stringify([theta, range, shown, beside && way.name, beside && way.held]);
     if (key === this.known) return;
     this.known = key;
-    const { start, sliders, modes } = this.data;
-    for (const mode of modes) {
+    this.k = way.k;
+    for (const mode of this.data.modes) {
       const motion = this.motions.get(mode.label) || new Motion(this.data, this.code);
       this.motions.set(mode.label, motion);
-      motion.there = mode.label !== shown && this.bring(motion, mode, sliders.map((slider) => slider.value), theta, start.s, range, beside && [u, way.k]);
+      motion.there = mode.label !== shown && this.bring(motion, mode, theta, range, beside);
     }
   }
 
-  bring(motion, mode, nominal, theta, s, [low, high], beside) {
-    motion.way = wayOf(this.data, motion.kernels);
-    motion.setNumbers(nominal);
-    const begun = motion.solved(s, s, Float64Array.from(mode.x), false);
-    if (begun.status !== "ok") return false;
-    motion.sign = Float64Array.from(begun.det, Math.sign);
-    const found = motion.carry(begun, nominal, theta);
-    if (found.t < 1) return false;
-    motion.anchor = { x: Float64Array.from(found.x), s };
-    if (beside) {
-      const [u, k] = beside;
-      const there = motion.straightTo(u);
-      if (there.t < 1) return false;
-      motion.turnTo(aloneOf(this.data, u, k), there.x, u[k]);
-      return motion.follow(Math.min(low, u[k]), Math.max(high, u[k]));
-    }
+  bring(motion, mode, theta, [low, high], beside) {
+    if (motion.begin(mode, theta, wayOf(this.data, motion.kernels))) return false;
+    if (beside && !motion.aside(aloneOf(this.data, beside, this.k), beside)) return false;
+    const { s } = motion.anchor;
     return motion.follow(Math.min(low, s), Math.max(high, s));
   }
 

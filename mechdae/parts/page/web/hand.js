@@ -45,12 +45,12 @@ export class Hand {
   /** What would be dragged from there. */
   grip(where) {
     const { app } = this, { session, data } = app;
-    if (!session) return null;
+    if (!session.live) return null;
     if (app.shape && app.shape.checked) {
       const shaped = this.nearest(Object.keys(app.now()).filter((name) => slidersAt(data, name).length), where);
       return shaped && { shaped, name: shaped };
     }
-    const moving = data.entries.filter(({ kind, columns }) => kind === "points" && (app.several || app.moving(columns)));
+    const moving = data.entries.filter(({ kind, columns }) => kind === "points" && (app.several || session.moving(columns)));
     const name = this.nearest(moving.map(({ part }) => part), where);
     return name && { name, columns: moving.find(({ part }) => part === name).columns };
   }
@@ -58,7 +58,7 @@ export class Hand {
   down(event) {
     const { app } = this, { svg } = app.diagram;
     if (event.button) return;
-    if (app.session) app.session.settle();
+    app.session.settle();
     const grip = this.grip(this.at(event));
     this.held = { grip, from: [event.clientX, event.clientY], last: [event.clientX, event.clientY], moved: false, target: event.target };
     svg.setPointerCapture(event.pointerId);
@@ -144,6 +144,6 @@ export class Hand {
     if (!theta) return;
     const wanted = session.theta.map((value, k) => (theta[k] !== value ? k : -1)).filter((k) => k >= 0);
     const t = session.dimension(theta);
-    theta.forEach((_, k) => dimensions.note(k, t === 1 || !wanted.includes(k) ? "" : session.reason));
+    theta.forEach((_, k) => dimensions.rows[k].say(t === 1 || !wanted.includes(k) ? "" : session.reason));
   }
 }

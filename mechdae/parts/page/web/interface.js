@@ -9,16 +9,14 @@ export function interfaceOf(app) {
     get live() { return app.live; },
     ready: Promise.resolve(true),
     pose() {
-      const { session } = app;
-      if (!session) {
-        const places = app.recorded.places(app.shown);
-        const points = Object.fromEntries(Object.entries(places).map(([name, position]) => [name, { position }]));
-        return { driver: { [data.driver.name]: app.recorded.value(app.shown) }, status: app.recorded.status(app.shown), mode: "", bound: null, points, bodies: {}, joints: {}, efforts: {} };
+      const { session } = app, { pose } = session, driver = { [app.way.name]: session.value };
+      const result = { driver, status: pose.status, mode: session.mode, bound: null, points: {}, bodies: {}, joints: {}, efforts: {} };
+      if (!session.live) {
+        for (const [name, position] of Object.entries(app.now())) result.points[name] = { position };
+        return result;
       }
-      const pose = session.pose;
-      const driver = { [app.way.name]: session.s };
       if (data.drivers) session.drivers().forEach((value, k) => { driver[data.drivers[k].name] = value; });
-      const result = { driver, status: pose.status, mode: session.mode, bound: session.motion.bound(pose), points: {}, bodies: {}, joints: {}, efforts: {} };
+      result.bound = session.motion.bound(pose);
       if (!pose.y) return result;
       for (const { kind, part, columns, names } of data.entries) {
         const table = (result[kind][part] = result[kind][part] || {});
@@ -39,7 +37,7 @@ export function interfaceOf(app) {
     },
     set(values) {
       const { session } = app;
-      if (!session) { own.reason = app.reason; return false; }
+      if (!session.live) { own.reason = app.reason; return false; }
       session.settle();
       const theta = [...session.theta];
       let s = null, moved = null;
@@ -64,7 +62,7 @@ export function interfaceOf(app) {
     },
     sweep(path, count = 361) {
       const { session } = app;
-      if (!session) return [];
+      if (!session.live) return [];
       session.settle();
       const output = session.output(path);
       const [low, high] = session.range;
@@ -76,12 +74,12 @@ export function interfaceOf(app) {
       });
     },
     limits() {
-      if (app.session) app.session.settle();
-      return app.session ? app.session.motion.ends.map((end) => (end && end.kind === "limit" ? end.s : null)) : [null, null];
+      app.session.settle();
+      return app.session.motion.ends.map((end) => (end && end.kind === "limit" ? end.s : null));
     },
-    modes() { return app.session ? data.modes.map((mode) => mode.label) : []; },
+    modes() { return app.session.live ? data.modes.map((mode) => mode.label) : []; },
     choose(label) {
-      if (!app.session) { own.reason = app.reason; return false; }
+      if (!app.session.live) { own.reason = app.reason; return false; }
       const ok = app.choose(label);
       own.reason = ok ? "" : app.session.reason;
       return ok;

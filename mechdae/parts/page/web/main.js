@@ -35,33 +35,21 @@ class App {
     showIn(data.shown || {});
     nameIn(data.unit_names || {}, data.lang === "ru" ? "," : ".");
     this.diagram = new Kind(find("diagram"), data.scene, drawing);
-    this.session = null;
-    this.recorded = null;
-    this.reason = "";
+    this.reason = data.reason;
     this.without = data.without;
     this.wanted = {};
-    this.shown = 0;
     this.playing = false;
-    if (data.live) {
-      this.session = new Session(data, code, panels.Forces);
-      if (!this.session.trusted) {
-        this.session = null;
-        this.reason = words("selftest");
-      } else if (data.forces && !this.session.checkForces()) this.without = words("differ");
-    }
-    if (!this.session) {
-      this.recorded = new Recorded(data);
-      this.reason = this.reason || data.reason;
-    }
+    const solved = data.live ? new Session(data, code, panels.Forces) : null;
+    if (solved && !solved.trusted) this.reason = words("selftest");
+    else if (solved && data.forces && !solved.checkForces()) this.without = words("differ");
+    /** What is shown: poses that are solved here (`live`), or recorded ones. */
+    this.session = this.reason ? new Recorded(data) : solved;
   }
 
-  get live() { return this.session ? true : this.reason; }
+  get live() { return this.session.live || this.reason; }
 
   /** What the pose is led along: its name, unit, and more where it is live. */
-  get way() { return this.session ? this.session.motion.way : this.data.driver; }
-
-  /** Where on the way the pose shown is. */
-  get place() { return this.session ? this.session.s : this.recorded.value(this.shown); }
+  get way() { return this.session.motion.way; }
 
   /** Bodies and joints that are driven. */
   get driven() {
@@ -71,10 +59,8 @@ class App {
 
   /** Places of the curves, what they are over, and events there. */
   along() {
-    const { session, recorded, data, way } = this, named = { name: words(way.name), unit: way.unit || "" };
-    if (session) return { places: session.places, way: named, events: [] };
-    const events = (data.recorded.events || []).map(([at, kind, part]) => [at, kind, `${words(kind)} ${part}, t = ${quantity(at, "s", 4)}`]);
-    return { places: data.driver.values, way: named, events: data.driver.unit === "s" ? events : [] };
+    const { session, way } = this;
+    return { places: session.places, way: { name: words(way.name), unit: way.unit || "" }, events: session.events || [] };
   }
 
   /** What acts on the links in the pose shown; null without forces. */
@@ -94,9 +80,9 @@ class App {
   build() {
     const { data, session } = this;
     find("title").textContent = data.title;
-    find("subtitle").textContent = `${data.problem} / ${data.task}${session ? "" : ` – ${words("recorded")}: ${this.reason}`}${this.without ? ` – ${words("without")}: ${this.without}` : ""}${data.slow ? ` – ${words("slow")}` : ""}`;
+    find("subtitle").textContent = `${data.problem} / ${data.task}${session.live ? "" : ` – ${words("recorded")}: ${this.reason}`}${this.without ? ` – ${words("without")}: ${this.without}` : ""}${data.slow ? ` – ${words("slow")}` : ""}`;
     this.buildDrive();
-    if (session && data.drivers) this.several = new Several(this, find("dimensions"), made);
+    if (session.live && data.drivers) this.several = new Several(this, find("dimensions"), made);
     this.buildTabs();
     this.buildFiles();
     this.hand = new Hand(this);
@@ -134,8 +120,8 @@ class App {
       return own;
     };
     const flat = !data.scene.space;
-    this.switches = { velocities: box("velocities", false, session), forces: box("forces", true, session && session.forces),
-      centres: box("centres", false, session && flat), transmission: box("transmission", false, session && data.lesson.transmission.length) };
+    this.switches = { velocities: box("velocities", false, session.live), forces: box("forces", true, session.forces),
+      centres: box("centres", false, session.live && flat), transmission: box("transmission", false, session.live && data.lesson.transmission.length) };
   }
 
   /** From where a spatial mechanism is seen; what was turned by hand has no name. */
@@ -157,8 +143,8 @@ class App {
     const tab = (id, ...drawing) => this.tabs.add(id, words(`tab_${id}`), words(`about_tab_${id}`), { whole: (anew) => drawing.forEach((own) => own.whole && own.whole(anew)), frame: (...given) => drawing.forEach((own) => own.frame && own.frame(...given)) });
     this.dimensions = new Dimensions(this);
     lightThings(this.diagram);
-    if (!session) {
-      const things = recordedThings(this), begin = [...things.filter(({ kind }) => kind === "bodies").slice(0, 1), ...things.filter(({ kind }) => kind === "scalars")];
+    if (!session.live) {
+      const things = recordedThings(session), begin = [...things.filter(({ kind }) => kind === "bodies").slice(0, 1), ...things.filter(({ kind }) => kind === "scalars")];
       this.curves = new Curves(this, "curves", things, begin.length ? begin : things.slice(0, 1));
       tab("curves", this.curves);
       tab("dimensions", this.dimensions);
@@ -171,7 +157,7 @@ class App {
       this.shape = made("input", { type: "checkbox" });
       find("dimensions").append(made("label", { title: words("about_shape") }, this.shape, ` ${words("shape")}`));
     }
-    const things = thingsOf(this), moves = things.filter(({ columns }) => this.moving(columns));
+    const things = thingsOf(this), moves = things.filter(({ columns }) => session.moving(columns));
     const usual = moves.filter(({ kind, parts }) => kind === "bodies" && !this.driven.includes(parts[0])).pop() || moves.filter(({ lines }) => lines()[0].unit !== "1").pop() || moves.pop();
     this.curves = new Curves(this, "curves", things, [usual]);
     tab("curves", this.curves, new Values(this, "curves"));
@@ -199,7 +185,7 @@ class App {
     const button = (text, about, act) => find("files").append(made("button", { type: "button", title: words(about), onclick: act }, text));
     button("SVG", "about_svg", () => offered(`${name}.svg`, svgText(find("diagram")), "image/svg+xml"));
     button("PNG", "about_png", async () => offered(`${name}.png`, await png(find("diagram"), getComputedStyle(document.body).backgroundColor)));
-    if (this.session) {
+    if (this.session.live) {
       button("CSV", "about_csv", () => { this.session.settle(); offered(`${name}.csv`, csvText(this.session), "text/csv"); });
       button("TOML", "about_toml", () => { const text = this.toml(); if (text) offered(`${data.problem}.toml`, text, "text/plain"); });
     }
@@ -214,7 +200,7 @@ class App {
     button("?", "keys", () => find("help").showModal());
   }
 
-  toml() { return tomlText(this.data.file, this.data.sliders, this.session ? this.session.theta : []); }
+  toml() { return tomlText(this.data.file, this.data.sliders || [], this.session.theta); }
 
   // -- input
 
@@ -232,26 +218,21 @@ class App {
     this.wanted = {};
     let all = false, hurried = false;
     const begun = performance.now();
-    if (session) {
-      if (wanted.theta && Number.isFinite(wanted.theta[1])) {
-        const [k, value] = wanted.theta;
-        const theta = [...session.theta];
-        theta[k] = value;
-        hurried = this.hurried(theta);
-        const t = hurried ? 1 : session.dimension(theta);
-        this.dimensions.note(k, t === 1 ? "" : `${words(value > session.theta[k] ? "larger" : "smaller")} ${quantity(session.theta[k], this.dimensions.rows[k].unit)}: ${session.reason}`);
-        all = !hurried;
-      }
-      if (wanted.driver) all = this.several.drive(...wanted.driver) || all;
-      if (wanted.reached) this.reached(...wanted.reached);
-      if (wanted.pulled) { this.hand.reshape(wanted.pulled); all = true; }
-      const [low, high] = session.range;
-      if (wanted.share !== undefined) session.drive(low + wanted.share * (high - low));
-      if (wanted.s !== undefined && Number.isFinite(wanted.s)) session.drive(wanted.s);
-    } else {
-      if (wanted.share !== undefined) this.shown = Math.round(wanted.share * (this.recorded.count - 1));
-      if (wanted.s !== undefined) this.shown = this.nearest(wanted.s);
+    if (wanted.theta && Number.isFinite(wanted.theta[1])) {
+      const [k, value] = wanted.theta;
+      const theta = [...session.theta];
+      theta[k] = value;
+      hurried = this.hurried(theta);
+      const t = hurried ? 1 : session.dimension(theta);
+      this.dimensions.rows[k].say(t === 1 ? "" : `${words(value > session.theta[k] ? "larger" : "smaller")} ${quantity(session.theta[k], this.dimensions.rows[k].unit)}: ${session.reason}`);
+      all = !hurried;
     }
+    if (wanted.driver) all = this.several.drive(...wanted.driver) || all;
+    if (wanted.reached) this.reached(...wanted.reached);
+    if (wanted.pulled) { this.hand.reshape(wanted.pulled); all = true; }
+    const [low, high] = session.range;
+    if (wanted.share !== undefined) session.drive(low + wanted.share * (high - low));
+    if (Number.isFinite(wanted.s)) session.drive(session.at(wanted.s));
     if (all) {
       this.drawAll(!wanted.pulled);
       this.cost = performance.now() - begun;
@@ -288,14 +269,6 @@ class App {
     this.resting = setTimeout(() => { this.session.settle(); this.drawAll(false); }, 120);
   }
 
-  nearest(s) {
-    let best = 0;
-    for (let k = 1; k < this.recorded.count; k += 1) {
-      if (Math.abs(this.recorded.value(k) - s) < Math.abs(this.recorded.value(best) - s)) best = k;
-    }
-    return best;
-  }
-
   choose(label) {
     this.session.remember();
     const ok = this.session.choose(label);
@@ -311,7 +284,7 @@ class App {
   }
 
   undo(back) {
-    if (this.session && this.session.undo(back)) this.drawAll();
+    if (this.session.live && this.session.undo(back)) this.drawAll();
   }
 
   play() {
@@ -324,36 +297,13 @@ class App {
       if (!this.playing) return;
       this.times.push(now);
       if (this.times.length > COUNTED) this.times.shift();
-      this.advance((Math.max(now - last, 0) / 1000) * this.tempo);
+      this.session.advance((Math.max(now - last, 0) / 1000) * this.tempo);
+      this.draw();
       last = now;
       requestAnimationFrame(tick);
     };
     if (this.playing) requestAnimationFrame(tick);
     else this.draw();
-  }
-
-  advance(seconds) {
-    const { session } = this;
-    if (!session) {
-      const { recorded } = this;
-      if (recorded.at(this.clock || 0) !== this.shown) this.clock = recorded.share(this.shown);
-      this.clock = ((this.clock || 0) + seconds / 6) % 1;
-      this.shown = recorded.at(this.clock);
-      this.draw();
-      return;
-    }
-    const [low, high] = session.range;
-    const { pace, turns } = this.way;
-    const rate = Math.abs(pace) > 0 ? Math.min(Math.abs(pace), (high - low) / 1.5) : (high - low) / 6;
-    const round = turns && session.motion.ends[0] === null && session.motion.ends[1] === null;
-    let s = session.s + seconds * rate * (this.sense || 1) * (round ? Math.sign(pace || 1) : 1);
-    if (round) s = low + ((((s - low) % (high - low)) + (high - low)) % (high - low));
-    else if (s > high || s < low) {
-      this.sense = s > high ? -1 : 1;
-      s = Math.min(Math.max(s, low), high);
-    }
-    session.drive(s);
-    this.draw();
   }
 
   /** Frames a second of those that were played last. */
@@ -363,17 +313,11 @@ class App {
   }
 
   key(event) {
-    const { session } = this;
-    const [low, high] = session ? session.range : [0, this.recorded.count - 1];
-    const step = ((high - low) / 360) * (event.shiftKey ? 10 : 1);
-    const now = session ? session.s : this.shown;
-    const to = (s) => {
-      const inside = Math.min(Math.max(s, low), high);
-      if (session) this.want({ s: inside });
-      else { this.shown = Math.round(inside); this.draw(); }
-    };
+    const { session } = this, [low, high] = session.range;
+    const step = session.step * (event.shiftKey ? 10 : 1);
+    const to = (s) => { session.drive(Math.min(Math.max(s, low), high)); this.draw(); };
     const act = {
-      ArrowRight: () => to(now + (session ? step : 1)), ArrowLeft: () => to(now - (session ? step : 1)), Home: () => to(low), End: () => to(high),
+      ArrowRight: () => to(session.s + step), ArrowLeft: () => to(session.s - step), Home: () => to(low), End: () => to(high),
       " ": () => this.play(), "]": () => this.turnMode(1), "[": () => this.turnMode(-1), "+": () => this.zoom(1.25), "-": () => this.zoom(0.8),
       0: () => { if (this.view) { this.diagram.home(); this.view.value = "chosen"; } this.zoom(0); },
     }[event.key];
@@ -384,7 +328,7 @@ class App {
 
   turnMode(by) {
     const { modes } = this.data;
-    if (!this.session || !modes || modes.length < 2) return;
+    if (!this.session.live || modes.length < 2) return;
     const at = modes.findIndex((mode) => mode.label === this.session.mode);
     this.choose(modes[(at + by + modes.length) % modes.length].label);
   }
@@ -407,45 +351,28 @@ class App {
     this.drawAll(false);
   }
 
-  moving(columns) {
-    const { poses } = this.session;
-    if (this.sampled !== poses) {
-      const there = poses.filter((pose) => pose.y);
-      this.sampled = poses;
-      this.two = [there[0], there[Math.floor(there.length / 3)]];
-    }
-    const [a, b] = this.two;
-    return a && b && columns.some((k) => Math.abs(a.y[0][k] - b.y[0][k]) > 1e-12 * Math.max(1, Math.abs(a.y[0][k])));
-  }
-
   // -- drawing
 
   fit() {
-    const { session, recorded, diagram } = this;
-    const poses = session ? session.poses.map((pose) => [session.places_of(pose), session.angles_of(pose)])
-      : Array.from({ length: recorded.count }, (_, k) => [recorded.places(k), recorded.turns(k)]);
-    if (session && (this.seen !== session.theta || this.seenMode !== session.mode)) diagram.slid(poses);
-    if (session) [this.seen, this.seenMode] = [session.theta, session.mode];
+    const { session, diagram } = this, poses = session.poses.map((pose) => [session.places_of(pose), session.angles_of(pose)]);
+    if (session.live && (this.seen !== session.theta || this.seenMode !== session.mode)) diagram.slid(poses);
+    [this.seen, this.seenMode] = [session.theta, session.mode];
     const few = Math.ceil(poses.length / FEW);
     diagram.fit([...poses.flatMap(([places]) => Object.values(places)), ...poses.filter((_, k) => k % few === 0).flatMap((pose) => diagram.extent(...pose))]);
   }
 
   /** Angles of the bodies in the pose shown, in space rotations. */
-  turned() { return this.session ? this.session.angles_of(this.session.pose) : this.recorded.turns(this.shown); }
+  turned() { return this.session.angles_of(this.session.pose); }
 
   /** Places of the points in the pose shown. */
-  now() { return this.session ? this.session.places_of(this.session.pose) : this.recorded.places(this.shown); }
+  now() { return this.session.places_of(this.session.pose); }
 
   drawAll(fitted = true) {
     const { session } = this;
-    if (session) this.look();
+    this.look();
     if (fitted) this.fit();
-    const { traces } = this.diagram.drawing;
-    if (!session) this.diagram.traces(traces.map((name) => Array.from({ length: this.recorded.count }, (_, k) => this.recorded.places(k)[name])));
-    else {
-      const moving = this.data.entries.filter(({ kind, columns, part }) => kind === "points" && this.moving(columns)
-        && traces.includes(part));
-      this.diagram.traces(moving.map(({ columns }) => session.poses.map((pose) => (pose.y ? columns.map((k) => pose.y[0][k]) : null))));
+    this.diagram.traces(this.diagram.drawing.traces.map((name) => session.track(name)).filter(Boolean));
+    if (session.live) {
       const ends = session.motion.ends.filter((end) => end && end.kind === "limit");
       this.diagram.faint("limits", ends.map((end) => session.places_of(session.motion.atLimit(end.s, end))), null, ends.map(({ group, joint }) => `${words("limit")}: ${group} (${joint})`));
       if (this.told !== session.poses) find("sentence").textContent = turning(this);
@@ -466,13 +393,13 @@ class App {
 
   /** What of the panel shown belongs to the pose. */
   drawFrame() {
-    const { session } = this, pose = session && session.pose;
-    this.tabs.drawing.frame(pose, session && session.forcesAt(pose));
+    const { session } = this, { pose } = session;
+    this.tabs.drawing.frame(pose, session.forcesAt(pose));
   }
 
   /** Symbols as the numbers shown make them. */
   look() {
-    if (this.looked === this.session.theta) return;
+    if (!this.session.live || this.looked === this.session.theta) return;
     this.looked = this.session.theta;
     this.session.look(this.data.scene);
   }
@@ -481,19 +408,10 @@ class App {
     const { session, data, way } = this, now = performance.now();
     this.reading = !this.playing || now - (this.read || 0) >= READ; // nobody reads faster
     if (this.reading) this.read = now;
-    if (!session) {
-      this.diagram.draw(this.recorded.places(this.shown), this.recorded.turns(this.shown), this.shown / Math.max(this.recorded.count - 1, 1));
-      const value = this.recorded.value(this.shown);
-      this.slider.value = this.recorded.count > 1 ? this.shown / (this.recorded.count - 1) : 0;
-      this.number.value = digits(value * displayed(data.driver.unit)[0], 7);
-      this.drawFrame();
-      this.say(`${data.driver.name} = ${quantity(value, data.driver.unit)}; ${words(this.recorded.status(this.shown))}`, false);
-      return;
-    }
     this.address();
     this.look();
     const pose = session.pose;
-    const places = session.places_of(pose), [low, high] = session.range, [begin, end] = this.diagram.drawing.range;
+    const places = session.places_of(pose), [low, high] = session.range, [begin, end] = session.live ? this.diagram.drawing.range : session.range;
     const forces = session.forcesAt(pose);
     this.diagram.draw(places, session.angles_of(pose), Math.min(Math.max((session.s - begin) / (end - begin || 1), 0), 1), forces ? forces.senses : {});
     const velocities = {};
@@ -507,7 +425,7 @@ class App {
     this.diagram.arrows("forces", "force", places, this.switches.forces.checked && forces ? this.reactionsAt(forces) : {});
     if (this.overlays) this.overlays.frame(pose);
     this.showOthers();
-    this.slider.value = (session.s - low) / (high - low);
+    this.slider.value = (session.s - low) / (high - low || 1);
     this.drawFrame();
     if (this.dimensions.one >= 0 && this.tabs.shown !== "dimensions") this.dimensions.frame();
     if (this.reading) this.tell(pose, forces, way);
@@ -515,12 +433,13 @@ class App {
 
   /** Texts of the pose: the driver's value, what is proved of it. */
   tell(pose, forces, way) {
-    const { session } = this, value = way.unit ? quantity(session.s, way.unit) : digits(session.s, 7);
+    const { session } = this, value = way.unit ? quantity(session.value, way.unit) : digits(session.value, 7);
     this.slider.setAttribute("aria-valuetext", value);
-    if (document.activeElement !== this.number) this.number.value = digits(session.s * displayed(way.unit)[0], 7);
+    if (document.activeElement !== this.number) this.number.value = digits(session.value * displayed(way.unit)[0], 7);
     if (this.several) this.showWay();
     const head = `${words(way.name)} = ${value}`;
-    if (pose.status === "ok") {
+    if (!session.live) this.say(`${head}; ${words(pose.status)}`, false);
+    else if (pose.status === "ok") {
       const bound = session.motion.bound(pose);
       this.say(`${head}; ${words("certified")}, ${words("bound")} ${rounded(bound.length, "m")}, ${rounded(bound.angle, "rad")}${this.toldForces(forces)}`, Boolean(forces) && forces.status !== "ok");
     } else if (pose.status === "limit") this.say(`${head}; ${words("limit")}: ${pose.end.group} (${pose.end.joint})`, false);

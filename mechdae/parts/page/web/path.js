@@ -574,6 +574,26 @@ export class Motion {
     return { length: largest(lengths, 1, 1, 0), angle };
   }
 
+  /** Begin on the file's way at an assembly mode, with other values of the sliders; a word of what failed, "" nothing. */
+  begin(mode, theta, way) {
+    const { start, sliders } = this.data, nominal = sliders.map(({ value }) => value);
+    this.way = way;
+    this.setNumbers(nominal);
+    const begun = this.solved(start.s, start.s, Float64Array.from(mode.x), false);
+    if (begun.status !== "ok") return "unassembled";
+    this.sign = Float64Array.from(begun.det, Math.sign);
+    const { t, x } = this.carry(begun, nominal, theta);
+    this.anchor = { x: Float64Array.from(x), s: start.s };
+    return t < 1 ? "fades" : "";
+  }
+
+  /** Go over to another way by which one of several drivers moves, the others where `u` has them; whether that is proved. */
+  aside(way, u) {
+    const there = this.straightTo(u);
+    if (there.t === 1) this.turnTo(way, there.x, u[way.k]);
+    return there.t === 1;
+  }
+
   /**
    * Carry a pose to other values of the sliders along a straight line, by certified Newton steps.
    * Returns how far it came, 1 for the whole way; the numbers are those of the place reached.

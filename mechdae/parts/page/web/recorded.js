@@ -1,4 +1,6 @@
 /** Poses that Python computed, where a page cannot solve again. */
+import { sentence, words } from "./words.js";
+import { quantity } from "./units.js";
 
 /** Numbers from a list, null for none, from second differences, or from base64, little-endian float64. */
 export function unpacked(text) {
@@ -22,19 +24,52 @@ function curveOf([low, high, text]) {
   });
 }
 
+/** Of more events of one kind at one part only the upper ends of their lines are drawn. */
+const MOST_LINES = 8;
+
+/** Events [time, kind, part] by kind and part: their times, and what is said of them together. */
+function grouped(events) {
+  const groups = new Map(), time = (at) => quantity(at, "s", 4);
+  for (const [at, kind, part] of events) groups.set(`${words(kind)} ${part}`, [...(groups.get(`${words(kind)} ${part}`) || []), at]);
+  return [...groups].map(([name, times]) => ({ times, many: times.length > MOST_LINES,
+    about: times.length > 1 ? sentence("events_of", name, times.length, time(times[0]), time(times[times.length - 1])) : `${name}, t = ${time(times[0])}` }));
+}
+
+/** Poses along a task, shown as those of `Session` are; `s` counts them. */
 export class Recorded {
   /** @param {any} data */
   constructor(data) {
-    this.data = data;
-    this.rows = data.recorded.rows;
-    const { points, angles, turns } = data.recorded, tracks = (table) => Object.fromEntries(Object.keys(table).map((name) => [name, unpacked(table[table[name].like || name])]));
+    const { rows, points, angles, turns, series } = data.recorded, tracks = (table) => Object.fromEntries(Object.keys(table).map((name) => [name, unpacked(table[table[name].like || name])]));
+    Object.assign(this, { data, live: false, forces: null, mode: "", s: 0, step: 1, clock: 0, places: data.driver.values });
     [this.points, this.angles, this.rotations] = [tracks(points), Object.entries(tracks(angles)), tracks(turns)];
+    this.poses = rows.map((_, k) => ({ k, status: data.status[k] }));
+    this.range = [0, rows.length - 1];
+    this.motion = { way: data.driver, ends: [null, null] };
+    /** Curves that were stored: kind, part, names, unit, values of each. */
+    this.series = (series || []).map(([kind, part, names, unit, values]) => ({ kind, part, names, unit, values: values.map(curveOf) }));
+    this.events = data.driver.unit === "s" ? grouped(data.recorded.events || []) : [];
   }
 
-  /** Curves that were stored: kind, part, names, unit, values of each. */
-  get series() {
-    this.curves ||= (this.data.recorded.series || []).map(([kind, part, names, unit, values]) => ({ kind, part, names, unit, values: values.map(curveOf) }));
-    return this.curves;
+  get pose() { return this.poses[this.s]; }
+  get value() { return this.places[this.s]; }
+  forcesAt() { return null; }
+  settle() {}
+  drive(s) { this.s = Math.round(s); }
+
+  /** The pose whose value is nearest. */
+  at(value) {
+    const apart = this.places.map((own) => Math.abs(own - value));
+    return apart.indexOf(Math.min(...apart));
+  }
+
+  /** Play on: the whole way in six seconds, in time or in poses. */
+  advance(seconds) {
+    const { places, range: [, last] } = this, whole = places[last] - places[0] || 1;
+    const share = (k) => (this.motion.way.unit === "s" ? (places[k] - places[0]) / whole : k / (last + 1));
+    const shown = (clock) => { let k = 0; while (k < last && share(k + 1) <= clock) k += 1; return k; };
+    if (shown(this.clock) !== this.s) this.clock = share(this.s);
+    this.clock = (this.clock + seconds / 6) % 1;
+    this.s = shown(this.clock);
   }
 
   /** Points that move, one for each place. */
@@ -47,41 +82,25 @@ export class Recorded {
     });
   }
 
-  /** One coordinate of a point over the poses. */
-  track(name, axis) {
-    const width = this.data.scene.dimension;
-    return Array.from({ length: this.count }, (_, k) => { const value = this.points[name][width * k + axis]; return Number.isFinite(value) ? value : null; });
+  /** Where a point is in all poses, null where it has no place. */
+  track(name) { return this.poses.map((pose) => this.place(name, pose)); }
+
+  place(name, { k }) {
+    const width = this.data.scene.dimension, own = Array.from(this.points[name].slice(width * k, width * (k + 1)));
+    return own.every(Number.isFinite) ? own : null;
   }
 
-  get count() { return this.rows.length; }
-
-  value(k) { return this.data.driver.values[k]; }
-
-  /** How far along the way a pose is: in time, or in poses. */
-  share(k) {
-    const { unit, values } = this.data.driver;
-    return unit === "s" ? (values[k] - values[0]) / (values[this.count - 1] - values[0] || 1) : k / this.count;
-  }
-
-  /** The last pose up to a share of the way. */
-  at(share) {
-    let k = 0;
-    while (k + 1 < this.count && this.share(k + 1) <= share) k += 1;
-    return k;
-  }
-
-  places(k) {
-    const { ground, places: fixed, dimension: width } = this.data.scene;
-    const places = Object.fromEntries(ground.map((name, i) => [name, fixed[i]]));
-    for (const [name, numbers] of Object.entries(this.points)) {
-      const place = Array.from(numbers.slice(width * k, width * (k + 1)));
-      if (place.every(Number.isFinite)) places[name] = place;
+  places_of(pose) {
+    const { ground, places } = this.data.scene, found = Object.fromEntries(ground.map((name, i) => [name, places[i]]));
+    for (const name of Object.keys(this.points)) {
+      const place = this.place(name, pose);
+      if (place) found[name] = place;
     }
-    return places;
+    return found;
   }
 
   /** Angles of bodies; in space their rotations, column by column. */
-  turns(k) {
+  angles_of({ k }) {
     if (this.data.scene.dimension === 2) return Object.fromEntries(this.angles.map(([name, own]) => [name, own[k]]));
     return Object.fromEntries(Object.entries(this.rotations).map(([name, own]) => {
       const [w, x, y, z] = own.slice(4 * k, 4 * k + 4);
@@ -89,6 +108,4 @@ export class Recorded {
         2 * (y * z + w * x), 2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)]];
     }));
   }
-
-  status(k) { return this.data.status[k]; }
 }

@@ -16,6 +16,13 @@ const REACTION = { reaction: "N", Fx: "N", Fy: "N", M: "N m", loss: "W" };
 /** Whether an entry is the angle of a joint of the plane, which is told without its rates. */
 export const bareAngle = ({ kind, names }) => kind === "joints" && names[0] === "angle" && names[1] === "angular_velocity";
 
+/** The function that gives one of the points that pins hold together, the same for all of them. */
+export function pinned(joints) {
+  const same = new Map(), root = (name) => (same.has(name) ? root(same.get(name)) : name);
+  for (const { pin, first, second } of joints) if (pin && root(first) !== root(second)) same.set(root(second), root(first));
+  return root;
+}
+
 /** The unit quaternion of a rotation given column by column, real part first and not negative. */
 export function quaternion([a, d, g, b, e, h, c, f, i]) {
   const squares = [1 + a + e + i, 1 + a - e - i, 1 - a + e - i, 1 - a - e + i];
@@ -118,6 +125,43 @@ export class Session {
   }
 
   get pose() { return this.held || this.motion.pose(this.s); }
+
+  /** Poses are solved here; what is led along is told as it is. */
+  get live() { return true; }
+  get value() { return this.s; }
+  get step() { return (this.range[1] - this.range[0]) / 360; }
+  at(s) { return s; }
+
+  /** Lead the pose on for some seconds, at the driver's pace where that can be watched; back at an end. */
+  advance(seconds) {
+    const [low, high] = this.range, { pace, turns } = this.motion.way;
+    const rate = Math.abs(pace) > 0 ? Math.min(Math.abs(pace), (high - low) / 1.5) : (high - low) / 6;
+    const round = turns && this.motion.ends.every((end) => end === null);
+    let s = this.s + seconds * rate * (this.sense || 1) * (round ? Math.sign(pace || 1) : 1);
+    if (round) s = low + ((((s - low) % (high - low)) + (high - low)) % (high - low));
+    else if (s > high || s < low) {
+      this.sense = s > high ? -1 : 1;
+      s = Math.min(Math.max(s, low), high);
+    }
+    this.drive(s);
+  }
+
+  moving(columns) {
+    const { poses } = this;
+    if (this.sampled !== poses) {
+      const there = poses.filter((pose) => pose.y);
+      this.sampled = poses;
+      this.two = [there[0], there[Math.floor(there.length / 3)]];
+    }
+    const [a, b] = this.two;
+    return a && b && columns.some((k) => Math.abs(a.y[0][k] - b.y[0][k]) > 1e-12 * Math.max(1, Math.abs(a.y[0][k])));
+  }
+
+  /** Where a point is in all poses, null where there is none; undefined of one that stands still. */
+  track(name) {
+    const { columns } = this.data.entries.find(({ kind, part }) => kind === "points" && part === name) || {};
+    return columns && this.moving(columns) ? this.poses.map((pose) => (pose.y ? columns.map((k) => pose.y[0][k]) : null)) : undefined;
+  }
 
   /** Use the numbers shown for what symbols are drawn by: axes, radii, curves. */
   look(scene) {
@@ -474,24 +518,13 @@ export class Session {
     if (!mode) { this.reason = `${this.words("nomode")} ${label}`; return false; }
     const before = this.now();
     const now = [...this.theta];
-    const { way } = this.motion;
-    const shown = this.drivers();
-    this.motion.way = this.way;
-    const nominal = this.data.sliders.map((slider) => slider.value);
-    this.motion.setNumbers(nominal);
-    const begun = this.motion.solved(this.data.start.s, this.data.start.s, Float64Array.from(mode.x), false);
-    if (begun.status !== "ok") { this.restore(before); this.reason = this.words("unassembled"); return false; }
-    this.motion.sign = Float64Array.from(begun.det, Math.sign);
-    const found = this.motion.carry(begun, nominal, now);
-    if (found.t < 1) { this.restore(before); this.reason = `${label} ${this.words("fades")}`; return false; }
-    this.motion.anchor = { x: found.x, s: this.data.start.s };
-    this.theta = now;
-    this.motion.setNumbers(now);
-    if (way !== this.way) { // there with the drivers as they are
-      const there = this.motion.straightTo(shown);
-      if (there.t < 1) { this.restore(before); this.reason = `${label} ${this.words("fades")}`; return false; }
-      this.motion.turnTo(way, there.x, shown[way.k]);
+    const { motion, motion: { way } } = this, shown = this.drivers(), failed = motion.begin(mode, now, this.way);
+    if (failed || (way !== this.way && !motion.aside(way, shown))) { // there with the drivers as they are
+      this.restore(before);
+      this.reason = failed === "unassembled" ? this.words(failed) : `${label} ${this.words("fades")}`;
+      return false;
     }
+    this.theta = now;
     this.mode = label;
     this.follow();
     if (!this.within(this.s)) this.s = this.range[0];

@@ -1,6 +1,6 @@
 /** Controls of several drivers: which one the curves are drawn over, and a slider for each. */
-import { numberIn } from "./made.js";
-import { digits, displayed, quantity } from "./units.js";
+import { SliderRow } from "./slider.js";
+import { quantity } from "./units.js";
 
 export class Several {
   /** @param {any} app @param {HTMLElement} into @param {any} made makes an element */
@@ -14,16 +14,10 @@ export class Several {
     const box = made("fieldset", {}, made("legend", {}, words("drivers")), made("label", {}, `${words("along")} `, own));
     const begin = session.drivers();
     this.rows = data.drivers.map(({ name, unit, turns, size }, k) => {
-      const [factor, shown] = displayed(unit);
       const reach = turns ? Math.PI : size;
-      const range = made("input", { type: "range", min: begin[k] - reach, max: begin[k] + reach, step: "any", value: begin[k], "aria-label": name,
-        oninput: () => app.want({ driver: [k, Number(range.value)] }) });
-      const field = made("input", { type: "text", inputmode: "decimal", "aria-label": `${name} [${shown}]`,
-        onchange: () => app.want({ driver: [k, numberIn(field.value) / factor] }) });
-      const note = made("span", { class: "note", hidden: true });
-      box.append(made("div", { class: "row" }, made("label", {}, name), range, field, made("span", { class: "unit" }, shown), note));
-      return { range, field, note, factor, unit };
+      return new SliderRow(name, unit, [begin[k] - reach, begin[k], begin[k] + reach], (value) => app.want({ driver: [k, value] }));
     });
+    box.append(...this.rows.map(({ row }) => row));
     into.append(box);
   }
 
@@ -44,9 +38,7 @@ export class Several {
     const [low, high] = [ends[0] ? ends[0].s : -Infinity, ends[1] ? ends[1].s : Infinity];
     const kept = way.turns && !ends[0] && !ends[1] ? value : Math.min(Math.max(value, low), high);
     session.drive(kept);
-    const { note, unit } = this.rows[k];
-    note.hidden = kept === value;
-    note.textContent = kept === value ? "" : `${words(value > kept ? "larger" : "smaller")} ${quantity(kept, unit)}: ${session.opening(value)}`;
+    this.rows[k].say(kept === value ? "" : `${words(value > kept ? "larger" : "smaller")} ${quantity(kept, this.rows[k].unit)}: ${session.opening(value)}`);
     return other;
   }
 
@@ -55,11 +47,6 @@ export class Several {
     const { session, data } = this.app;
     const { way } = session.motion;
     this.select.value = String(way.held ? data.drivers.findIndex(({ name }) => name === way.name) : -1);
-    session.drivers().forEach((value, k) => {
-      const { range, field, factor, unit } = this.rows[k];
-      range.value = String(value);
-      range.setAttribute("aria-valuetext", quantity(value, unit));
-      if (document.activeElement !== field) field.value = digits(value * factor, 7);
-    });
+    session.drivers().forEach((value, k) => this.rows[k].show(value));
   }
 }

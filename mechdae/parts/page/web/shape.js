@@ -1,19 +1,14 @@
 /** Joints and points pulled as dimensions: the numbers that place a point are changed until it is where the pointer is. */
 import { eliminated } from "./path.js";
+import { pinned } from "./session.js";
 
 const ROUNDS_OF_PULL = 12;
 const NUDGE = 1e-6;
 
-/** The sliders that place a point: those of all points that a pin holds together there. */
+/** The sliders that place a point: those of all points that pins hold together there. */
 export function slidersAt(data, reference) {
-  const same = new Set([reference]);
-  for (let grown = true; grown;) {
-    grown = false;
-    for (const { pin, first, second } of data.scene.joints) {
-      if (pin && same.has(first) !== same.has(second)) { same.add(first).add(second); grown = true; }
-    }
-  }
-  return [...new Set([...same].flatMap((name) => data.shape[name] || []))];
+  const root = pinned(data.scene.joints);
+  return [...new Set(Object.keys(data.shape).filter((name) => root(name) === root(reference)).flatMap((name) => data.shape[name]))];
 }
 
 /** Sliders that bring a point nearer to a place, the driver held; null where nothing places it. */
