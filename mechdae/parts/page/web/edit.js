@@ -296,16 +296,14 @@ class Editor {
 
   nearestLink(place) { return this.linkNear(this.diagram.at(place), BESIDE) || (this.selected && this.selected.link) || null; }
 
-  /** A bar, cylinder, guide or spring under the pointer: its two points. */
+  /** A bar, cylinder, guide or spring under the pointer. */
   strokeNear(under) {
     const { joints, loads } = this.sketch.mechanism;
-    const lines = [...joints.filter(({ drawn, kind }) => drawn && ["distance", "prismatic"].includes(kind)).map(({ first, second }) => [first, second]), ...loads.filter(({ points }) => points.length === 2).map(({ points }) => points)];
-    const found = lines.find(([a, b]) => this.away(under, this.sketch.place(a), this.sketch.place(b)) < 8);
-    return found ? found.join(" ") : "";
+    const lines = [...joints.filter(({ drawn, kind }) => drawn && ["distance", "prismatic"].includes(kind)).map((joint) => ({ joint, ends: [joint.first, joint.second] })), ...loads.filter(({ points }) => points.length === 2).map((load) => ({ load, ends: load.points }))];
+    return lines.find(({ ends: [a, b] }) => this.away(under, this.sketch.place(a), this.sketch.place(b)) < 8) || null;
   }
 
-  removeStroke(points) {
-    const { mechanism } = this.sketch, load = mechanism.loads.find((own) => own.points.join(" ") === points), joint = mechanism.joints.find(({ first, second, kind }) => `${first} ${second}` === points && ["distance", "prismatic"].includes(kind));
+  removeStroke({ joint, load }) {
     if (load) this.sketch.removeLoad(load.name);
     else if (bodyOf(joint.first) !== "ground" && joint.kind === "prismatic") for (const own of [joint.first, joint.second]) this.sketch.removeBody(bodyOf(own));
     else this.sketch.removeJoint(joint.name);

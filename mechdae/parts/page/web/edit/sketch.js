@@ -127,7 +127,7 @@ export class Sketch {
       const known = [...sketch].find(([key]) => key.replace(/\.(angle|slide)$/, "") === name), near = angle ? 0.05 * DEGREE : this.step;
       if (known && Math.abs(mechanism.sketch.get(name) - value) < near) continue;
       if (known) toml.set(known[1].path, numeral(Number((value / numbers.unit(known[1].suffix)).toPrecision(6))));
-      else toml.set(["sketch", angle ? `${name}_deg` : `${name}_mm`], angle ? inDegrees(value) : numeral(1000 * this.rounded(value)));
+      else this.sketched(name, value, angle);
     }
     if (toml.text !== this.text) this.load(toml.text, new Map(mechanism.bodies.map(({ name }) => [name, this.frame(name)])));
   }
@@ -167,12 +167,17 @@ export class Sketch {
   get letters() { if (this.lettered !== this.mechanism) { this.lettered = this.mechanism; this.given = new Set(); } return this.given; }
 
   /** A new parameter with a length; the text that stands for it. */
-  parameter(name, value, suffix = "_mm") {
+  parameter(name, value) {
     let own = name;
-    for (let k = 2; this.numbers.parameter(own) && !this.replacing; k += 1) own = `${name}_${k}`;
-    this.toml.set(["parameters", `${own}${suffix}`], numeral(suffix === "_mm" ? 1000 * this.rounded(value) : value));
+    for (let k = 2; this.numbers.parameter(own); k += 1) own = `${name}_${k}`;
+    this.toml.set(["parameters", `${own}_mm`], this.inMillimetres(value));
     return quoted(own);
   }
+
+  inMillimetres(value) { return numeral(1000 * this.rounded(value)); }
+
+  /** Write the angle or slide of a coordinate's owner into the sketch. */
+  sketched(owner, value, angle) { this.toml.set(["sketch", `${owner}${angle ? "_deg" : "_mm"}`], angle ? inDegrees(value) : this.inMillimetres(value)); }
 
   point(body, name, [x, y], lengths = `${body}_${name}`) {
     const text = body !== "ground" && Math.hypot(x, y) < this.step / 2 ? "[0, 0]" : `[${this.parameter(`${lengths}_x`, x)}, ${this.parameter(`${lengths}_y`, y)}]`;
@@ -294,8 +299,8 @@ export class Sketch {
     this.join(a.name, "revolute", a.id, `${tube}.${a.name}`);
     this.join(b.name, "revolute", b.id, `${rod}.${b.name}`);
     const guide = this.join(`stroke${tube.slice(8)}`, "prismatic", `${tube}.${a.name}`, `${rod}.${b.name}`);
-    for (const body of [tube, rod]) this.toml.set(["sketch", `${body}_deg`], inDegrees(angle));
-    this.toml.set(["sketch", `${guide}_mm`], numeral(1000 * this.rounded(long)));
+    for (const body of [tube, rod]) this.sketched(body, angle, true);
+    this.sketched(guide, long, false);
     this.lead(`${guide}.slide`, this.rounded(long));
     return new Map([[tube, [a.x, a.y, angle]], [rod, [b.x, b.y, angle]]]);
   }
@@ -330,7 +335,7 @@ export class Sketch {
     if (!radius) throw new Refused("zero_length");
     const frames = new Map(), first = this.wheel(a, "ground", frames), angle = frames.size ? 0 : this.frame(bodyOf(first))[2], name = this.free("rack");
     const turned = axis - this.frame(bodyOf(second))[2], phase = this.rounded(x * c + y * s - radius * angle);
-    this.join(name, "rack", first, second, `, radius = ${this.parameter(`${name}_radius`, radius)}, axis_deg = ${inDegrees(turned)}, phase_mm = ${numeral(1000 * phase)}`);
+    this.join(name, "rack", first, second, `, radius = ${this.parameter(`${name}_radius`, radius)}, axis_deg = ${inDegrees(turned)}, phase_mm = ${this.inMillimetres(phase)}`);
     return frames;
   }
 
@@ -382,8 +387,8 @@ export class Sketch {
   }
 
   spring(a, b) {
-    const long = this.rounded(Math.hypot(b.x - a.x, b.y - a.y));
-    this.loaded("spring", `{ kind = "spring", between = ["${a.id}", "${b.id}"], stiffness = 1000, free_length_mm = ${numeral(1000 * long)} }`);
+    const long = Math.hypot(b.x - a.x, b.y - a.y);
+    this.loaded("spring", `{ kind = "spring", between = ["${a.id}", "${b.id}"], stiffness = 1000, free_length_mm = ${this.inMillimetres(long)} }`);
   }
 
   force(node, [x, y]) { this.loaded("force", `{ kind = "force", point = "${node.id}", value = [${numeral(x)}, ${numeral(y)}] }`); }
@@ -410,7 +415,7 @@ export class Sketch {
     if (!same) for (const name of ["window", "modes", "forces"]) if (toml.get(["tasks", name])) toml.drop(["tasks", name]);
     if (!led.length) return;
     const angle = (name) => !/\.(slide|x|y)$/.test(name), value = (name) => values.get(name) ?? this.value(name);
-    const number = (name, key, own) => (angle(name) ? `${key}_deg = ${own.map ? `[${own.map(inDegrees)}]` : inDegrees(own)}` : `${key}_mm = ${own.map ? `[${own.map((v) => numeral(1000 * this.rounded(v)))}]` : numeral(1000 * this.rounded(own))}`);
+    const number = (name, own) => (angle(name) ? inDegrees(own) : this.inMillimetres(own)), unit = (name) => (angle(name) ? "_deg" : "_mm");
     const loaded = Object.keys(toml.data.loads || {}).length > 0 || this.mechanism.bodies.some(({ mass }) => mass);
     const put = (task, kind, drivers) => {
       toml.set(["tasks", task, "kind"], quoted(kind));
@@ -419,13 +424,13 @@ export class Sketch {
     };
     const named = (name, rest) => `coordinate = "${name}", ${rest}${rates.get(name) || ""}`;
     const far = (name) => value(name) + (angle(name) ? 30 * DEGREE : 0.1 * Math.abs(value(name)));
-    const swept = led.length > 1 ? led.map((name) => named(name, `${number(name, "from", value(name))}, ${number(name, "to", far(name))}`)) : [named(led[0], 'range = "assembled"')];
+    const swept = led.length > 1 ? led.map((name) => named(name, `from${unit(name)} = ${number(name, value(name))}, to${unit(name)} = ${number(name, far(name))}`)) : [named(led[0], 'range = "assembled"')];
     if (!same) put("window", "sweep", swept);
-    if (!same) put("modes", "modes", led.map((name) => `coordinate = "${name}", ${number(name, "at", [value(name)])}`));
+    if (!same) put("modes", "modes", led.map((name) => `coordinate = "${name}", at${unit(name)} = [${number(name, value(name))}]`));
     if (loaded && !Object.values(toml.data.tasks || {}).some(({ kind }) => kind === "reactions")) put("forces", "reactions", swept);
     for (const name of led) {
       const owner = name.replace(/\.(angle|slide)$/, "");
-      if (/\.(angle|slide)$/.test(name) && !this.numbers.table(["sketch"]).has(owner)) toml.set(["sketch", `${owner}${angle(name) ? "_deg" : "_mm"}`], angle(name) ? inDegrees(value(name)) : numeral(1000 * this.rounded(value(name))));
+      if (/\.(angle|slide)$/.test(name) && !this.numbers.table(["sketch"]).has(owner)) this.sketched(owner, value(name), angle(name));
     }
   }
 

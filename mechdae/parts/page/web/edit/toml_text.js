@@ -69,7 +69,7 @@ export class TomlText {
   drop(path) {
     const table = this.get(path), own = table && typeof table === "object" && this.places.get(table);
     const span = this.span(path);
-    if (span && this.inside(path.slice(0, -1))) { this.dropInside(span, path); return; }
+    if (span && this.inside(path.slice(0, -1))) { this.dropInside(span); return; }
     if (span) { this.lines(span.from, span.to); return; }
     if (!own) return;
     for (const name of Object.keys(table)) {
@@ -86,11 +86,10 @@ export class TomlText {
     return Array.isArray(own) || Boolean(own && own.inline);
   }
 
-  dropInside({ from, at, to }, path) {
+  dropInside({ from, at, to }) {
     const begin = from ?? at, before = this.text.slice(0, begin).match(/,\s*$/), after = this.text.slice(to).match(/^\s*,\s*/);
     if (before) this.splice(begin - before[0].length, to, "");
     else this.splice(begin, to + (after ? after[0].length : 0), "");
-    void path;
   }
 
   lines(from, to) {

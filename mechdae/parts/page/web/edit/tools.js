@@ -27,13 +27,17 @@ const between = (act) => ({
   },
 });
 
-/** A tool of a press, a way and a release. */
-const pulled = (act) => ({
+/** A tool of a press, a way and a release: what is at the press, where that is, the way, whether it is short. */
+const pulled = (act, somewhere = false) => ({
   down(editor, end) { editor.begun = end; },
   up(editor, place) {
-    const from = editor.begun, at = from.node ? [from.node.x, from.node.y] : from.place;
+    const from = editor.begun, at = from.node ? [from.node.x, from.node.y] : from.place, way = [place[0] - at[0], place[1] - at[1]];
     editor.begun = null;
-    editor.edit(() => act(editor, from, [place[0] - at[0], place[1] - at[1]]));
+    editor.edit(() => {
+      const node = from.node || (from.link && !somewhere && nodeAt(editor.sketch, from));
+      if (!node && !somewhere) throw new Refused("no_point");
+      return act(editor, node || at, way, Math.hypot(...way) < 8 / editor.diagram.scale);
+    });
   },
 });
 
@@ -97,11 +101,9 @@ export const TOOLS = {
       });
     },
   },
-  slider: pulled((editor, from, [x, y]) => {
-    const { sketch } = editor, short = Math.hypot(x, y) < 8 / editor.diagram.scale, node = from.node || (from.link && nodeAt(sketch, from));
-    if (!node) throw new Refused("no_point");
+  slider: pulled((editor, node, [x, y], short) => {
     const angle = short ? (editor.shift ? Math.PI / 2 : 0) : editor.shift ? Math.atan2(y, x) : rightAngles(Math.atan2(y, x));
-    return sketch.slider(node, short && node.guide ? null : angle);
+    return editor.sketch.slider(node, short && node.guide ? null : angle);
   }),
   slot: {
     down(editor, { node, link }) {
@@ -113,40 +115,23 @@ export const TOOLS = {
       else editor.refuse("no_point");
     },
   },
-  bar: between((sketch, a, b) => sketch.bar(a, b)),
-  cylinder: between((sketch, a, b) => sketch.cylinder(a, b)),
-  gear: between((sketch, a, b) => sketch.gear(a, b)),
-  belt: between((sketch, a, b) => sketch.gear(a, b, "belt")),
-  rack: between((sketch, a, b) => sketch.rack(a, b)),
-  spring: between((sketch, a, b) => sketch.spring(a, b)),
-  force: pulled((editor, from, [x, y]) => {
-    const node = from.node || (from.link && nodeAt(editor.sketch, from)), long = Math.hypot(x, y);
-    if (!node) throw new Refused("no_point");
-    const way = long < 8 / editor.diagram.scale ? [0, -100] : [(100 * x) / long, (100 * y) / long];
-    editor.sketch.force(node, way.map((value) => Math.round(value)));
-  }),
-  mirror: pulled((editor, from, [x, y]) => {
-    const at = from.node ? [from.node.x, from.node.y] : from.place, short = Math.hypot(x, y) < 8 / editor.diagram.scale;
-    return editor.sketch.mirror(at, short ? Math.PI / 2 : rightAngles(Math.atan2(y, x)));
-  }),
+  ...Object.fromEntries(["bar", "cylinder", "gear", "belt", "rack", "spring"].map((kind) => [kind, between((sketch, a, b) => (kind === "belt" ? sketch.gear(a, b, kind) : sketch[kind](a, b)))])),
+  force: pulled((editor, node, way, short) => editor.sketch.force(node, short ? [0, -100] : way.map((value) => Math.round((100 * value) / Math.hypot(...way))))),
+  mirror: pulled((editor, at, [x, y], short) => editor.sketch.mirror(at.id ? [at.x, at.y] : at, short ? Math.PI / 2 : rightAngles(Math.atan2(y, x))), true),
   weld: { down(editor, { node }) { if (node) editor.edit(() => editor.sketch.weld(node)); else editor.refuse("no_point"); } },
   driver: {
     down(editor, { node, link, near }) {
       const { sketch } = editor, body = link || near || (node && (node.refs.map(bodyOf).find((own) => own !== "ground" && sketch.mechanism.pointsOf(own).size > 1) ?? null));
-      const guide = (node && node.guide) || sketch.mechanism.joints.find(({ kind, first, second, drawn }) => drawn && kind === "prismatic" && editor.strokeUnder && editor.strokeUnder === `${first} ${second}`);
+      const { joint } = editor.strokeUnder || {}, guide = (node && node.guide) || (joint && joint.kind === "prismatic" && joint);
       if (!guide && !body) { editor.refuse("no_driver_there"); return; }
       editor.edit(() => sketch.lead(guide ? `${guide.name}.slide` : `${body}.angle`));
     },
   },
   delete: {
     down(editor, { node, link }) {
-      const { sketch } = editor, joint = !node && !link && editor.strokeUnder;
-      if (!node && !link && !joint) { editor.refuse("nothing_there"); return; }
-      editor.edit(() => {
-        if (node) sketch.removeNode(node);
-        else if (link) sketch.removeBody(link);
-        else editor.removeStroke(joint);
-      });
+      const { sketch, strokeUnder: stroke } = editor;
+      if (!node && !link && !stroke) { editor.refuse("nothing_there"); return; }
+      editor.edit(() => (node ? sketch.removeNode(node) : link ? sketch.removeBody(link) : editor.removeStroke(stroke)));
       editor.select(null);
     },
   },
