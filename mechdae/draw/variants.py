@@ -74,8 +74,7 @@ def on_axes(ax: Axes, kind: str) -> Shared | None:
 
 def before(ax: Axes) -> tuple[Any, list[Axes]]:
     """Return place and axes of a figure before something is drawn."""
-    figure = figure_of(ax)
-    return ax.get_position(), list(figure.axes)
+    return ax.get_position(), list(figure_of(ax).axes)
 
 
 def remember(ax: Axes, kind: str, result: Result, options: Json, before: Any) -> None:

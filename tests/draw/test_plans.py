@@ -237,6 +237,21 @@ def test_reactions_touch_the_friction_circle(tmp_path):
         assert distance == pytest.approx(circle, abs=1e-5)
 
 
+def test_letters_keep_off_lines_of_action():
+    axes = md.plot(friction(), "plans", pose=1, which="friction")
+    figure = axes.get_figure(root=True)
+    figure.draw_without_rendering()
+    diagram = figure.axes[1]
+    lines = [own for own in diagram.lines if str(own.get_gid()).startswith("friction-line")]
+    tracks = [own.get_path().transformed(own.get_transform()) for own in lines]
+    letters = [own for own in diagram.texts if str(own.get_gid()).startswith("label-")]
+    assert len(tracks) == len(pins_of(friction(), read_scene(friction()), 1)) == 3
+    assert {"O", "B", "C"} <= {own.get_text() for own in letters}
+    for own in letters:
+        box = own.get_window_extent()
+        assert not any(track.intersects_bbox(box, filled=False) for track in tracks), own
+
+
 def test_moments_on_the_lever_are_powers(tmp_path):
     ruler = Ruler(md.plot(friction(), "plans", pose=1, which="lever"), tmp_path)
     pole = ruler.line("lever-crank.B")[0]

@@ -13,7 +13,7 @@ from mechdae.draw.diagram.scene import Array
 from mechdae.draw.fonts import font, ink
 from mechdae.draw.graphs.frame import Panels, Places
 from mechdae.draw.graphs.scale import scale_of
-from mechdae.draw.labels.layout import cheapest
+from mechdae.draw.labels.layout import around, cheapest
 from mechdae.draw.labels.obstacles import Obstacles
 from mechdae.draw.sheet import Sheet, arc, unit
 from mechdae.draw.words import Words
@@ -32,7 +32,6 @@ NOISE = 1e-7
 """Errors below this share of the targets' spread are none."""
 POINTER = 13.0
 """Length of the line that gives the direction of a pose."""
-STEPS = 16
 NEAR = 2.5
 """Distance of numbers from what they keep off."""
 
@@ -114,23 +113,17 @@ def _number(sheet: Sheet, places: Array) -> None:
     for k, place in enumerate(places):
         text = str(k + 1)
         low, high = ink(text, chosen)
-        half = (high - low) / 2
-        out = unit(place - centre)
-        first = float(np.arctan2(out[1], out[0])) if out.any() else np.pi / 2
-        spots = []
-        for reach in (RING + 2.5, RING + 6.0):
-            for turn in range(STEPS):
-                # nearest to straight away from the middle first
-                angle = first + (turn + 1) // 2 * (-1) ** turn * 2 * np.pi / STEPS
-                along = np.array([np.cos(angle), np.sin(angle)])
-                spots.append(place + along * (reach + np.abs(along) @ half))
-        _write(sheet, spots, half, text, f"target-number-{k + 1}")
+        out = unit(place - centre) if (place != centre).any() else np.array([0.0, 1.0])
+        width, height = (high - low).tolist()
+        label = around(place, width, height, RING + 2.5, out, (0.0, 3.5))
+        spots = label.places[np.argsort(label.costs, kind="stable")]
+        _write(sheet, spots, (high - low) / 2, text, f"target-number-{k + 1}")
 
 
-def _write(sheet: Sheet, spots: list[Array], half: Array, text: str, gid: str) -> None:
+def _write(sheet: Sheet, spots: Array, half: Array, text: str, gid: str) -> None:
     """Write a text at the first of some places where it covers least."""
     obstacles = Obstacles(*sheet.obstacles(), sheet.size)
-    spot = spots[cheapest(np.array(spots), half + NEAR, obstacles)]
+    spot = spots[cheapest(spots, half + NEAR, obstacles)]
     sheet.text(spot, text, font(style.NUMBER, style.NOTE_FONT), style.ARROW, gid)
     sheet.box(spot - half - 1.0, spot + half + 1.0)
 
@@ -147,12 +140,10 @@ def draw_swing(
     chosen = font(style.NUMBER, style.NOTE_FONT)
     low, high = ink(text, chosen)
     half = (high - low) / 2
-    spots = []
-    for lift in (1.0, -1.0):
-        for share in (0.5, 0.35, 0.65, 0.2, 0.8):
-            turn = angles[0] + share * (angles[1] - angles[0])
-            along = np.array([np.cos(turn), np.sin(turn)])
-            spots.append(centre + along * (radius + lift * (5.0 + np.abs(along) @ half)))
+    turns = angles[0] + np.array([0.5, 0.35, 0.65, 0.2, 0.8]) * (angles[1] - angles[0])
+    along = np.stack([np.cos(turns), np.sin(turns)], axis=1)
+    lift = (5.0 + np.abs(along) @ half)[:, None]
+    spots = np.vstack([centre + along * (radius + sign * lift) for sign in (1.0, -1.0)])
     _write(sheet, spots, half, text, "swing-text")
 
 
@@ -231,12 +222,9 @@ def _ways(targets: Array, unit: float) -> list[list[tuple[float, float]]]:
     found = []
     for k, target in enumerate(targets):
         gap = target - middle
-        first = float(np.arctan2(gap[1], gap[0]))
-        free = []
-        for turn in (0.0, np.pi, 0.5 * np.pi, -0.5 * np.pi):
-            way = np.array([np.cos(first + turn), np.sin(first + turn)])
-            spot = target + NUMBER * unit * way
-            if int(np.argmin(np.hypot(*(targets - spot).T))) == k:
-                free.append((float(way[0]), float(way[1])))
-        found.append(free)
+        turns = np.arctan2(gap[1], gap[0]) + np.array([0.0, np.pi, 0.5 * np.pi, -0.5 * np.pi])
+        ways = np.stack([np.cos(turns), np.sin(turns)], axis=1)
+        spots = target + NUMBER * unit * ways
+        nearest = np.hypot(*np.moveaxis(spots[:, None] - targets, -1, 0)).argmin(axis=1)
+        found.append([(*way.tolist(),) for way in ways[nearest == k]])
     return found

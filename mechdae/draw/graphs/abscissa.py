@@ -163,12 +163,15 @@ def _failed(result: Result, axis: Abscissa) -> Iterator[StatusArc]:
 
 
 def _ends(entry: dict[str, Any], axis: Abscissa) -> tuple[float, float]:
-    if axis.kind == "time":
-        first, last = entry["time"]
-    else:
-        first, last = (np.ravel(entry[end])[0 if np.ndim(entry[end]) == 0 else axis.lead]
-                       for end in ("from", "to"))  # fmt: skip
+    time = axis.kind == "time"
+    first, last = entry["time"] if time else (_led(entry[end], axis) for end in ("from", "to"))
     return float(first), float(last)
+
+
+def _led(values: Any, axis: Abscissa) -> Any:
+    """Return the value of the driver along the axis, of one value for each driver."""
+    every = np.ravel(values)
+    return every[axis.lead if len(every) > 1 else 0]
 
 
 def _runs(status: Texts, values: Array, word: str) -> Iterator[StatusArc]:
@@ -224,11 +227,7 @@ def events_of(result: Result, axis: Abscissa) -> list[tuple[str, float]]:
     for event in result.events:
         if event["kind"] not in MARKS:
             continue
-        if axis.kind == "time":
-            place = event.get("time")
-        else:
-            at = np.ravel(event["at"])
-            place = at[axis.lead] if len(at) > 1 else at[0]
+        place = event.get("time") if axis.kind == "time" else _led(event["at"], axis)
         if place is not None and low - slack <= place <= high + slack:
             found.append((event["kind"], float(place)))
     return found

@@ -18,8 +18,6 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.lines import Line2D
-from matplotlib.patches import Circle
 
 from mechdae.draw import style
 from mechdae.draw.diagram import symbols
@@ -279,21 +277,17 @@ def pins_of(result: Any, scene: DrawnScene, pose: int) -> list[Pin]:
     return found
 
 
-def draw_lines(ax: Axes, pins: list[Pin]) -> None:
-    """Draw friction circles and lines of action into the diagram, to its scale."""
-    width = float(np.ptp(ax.get_xlim()))
-    reach = 0.06 * width
-    lengths = np.array([float(np.hypot(*pin.force)) for pin in pins])
-    for pin, share in zip(pins, lengths / lengths.max(initial=1.0), strict=True):
-        along = unit(pin.force)
-        through = pin.centre + pin.foot
-        half = reach * (0.5 + share)
-        ends = np.array([through - half * along, through + half * along])
-        line = Line2D(*ends.T, color=style.ARROW, linestyle=style.DASH_DOT)
-        ring = Circle(tuple(pin.centre), pin.radius, fill=False, edgecolor=style.WHEEL)
-        for artist, z, kind in ((line, style.Z_PIN, "line"), (ring, style.Z_LABEL, "circle")):
-            artist.set(linewidth=style.LINE, zorder=z, gid=f"friction-{kind}-{pin.joint}")
-            ax.add_artist(artist)
+def draw_lines(sheet: Sheet, pins: list[Pin]) -> str:
+    """Draw friction circles and lines of action over the links of a diagram, to its scale."""
+    reach, sizes = 0.06 * float(sheet.size[0]), [float(np.hypot(*pin.force)) for pin in pins]
+    for pin, size in zip(pins, sizes, strict=True):
+        through, gid = sheet.at(pin.centre + pin.foot), f"friction-line-{pin.joint}"
+        half = reach * (0.5 + size / max(sizes)) * unit(pin.force)
+        ends = [through - half, through + half]
+        sheet.line(ends, color=style.ARROW, dash=style.DASH_DOT, z=style.Z_PIN, gid=gid)
+        centre, gid = sheet.at(pin.centre), f"friction-circle-{pin.joint}"
+        sheet.circle(centre, pin.radius * sheet.metre, edge=style.WHEEL, z=style.Z_LABEL, gid=gid)
+    return ""
 
 
 def draw_pin(ax: Axes, pin: Pin, force_scale: float) -> Sheet:

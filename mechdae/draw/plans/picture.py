@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.transforms import Bbox, BboxTransformTo
 
-from mechdae.draw import poses, style
+from mechdae.draw import style
 from mechdae.draw.diagram import apart
+from mechdae.draw.diagram.diagram import View
 from mechdae.draw.diagram.heads import write_heads
 from mechdae.draw.diagram.scene import DrawnScene, choose_pose, read_scene
 from mechdae.draw.figure import current_format, figure_of, new_axes, new_figure, note
@@ -26,6 +28,7 @@ from mechdae.draw.plans.lever import (
     pins_of,
 )
 from mechdae.draw.plans.relations import SYMBOLS, groups_of, motion_plan, named_group
+from mechdae.draw.poses import seen
 from mechdae.draw.sheet import MILLIMETRE, Sheet
 from mechdae.draw.translated import translated
 from mechdae.draw.words import ENGLISH
@@ -245,26 +248,28 @@ class PlanPage:
             draw_plan(panel, plan, self.scales.get(_key(plan)))
         return axes
 
-    def _diagram(self, panel: Axes, group: str | None = None) -> None:
+    def _diagram(
+        self, panel: Axes, group: str | None, overlay: Callable[[Sheet], str] | None = None
+    ) -> None:
         """Draw the diagram, or a group of it apart, to a round scale and state it."""
-        chosen: list[float] = []
 
         def rounded(natural: float) -> float:
-            chosen.append(round_up(CLOSE * natural))
-            return chosen[-1]
+            return round_up(CLOSE * natural)
 
         if group is None:
-            poses.draw(self.result, panel, pose=self.pose, traces=False, scale=rounded)
+            shown = seen(self.result, self.pose)
+            bounds = shown.bounds([self.pose], False)
+            view = replace(shown.view, traces=False, bounds=bounds, scale=rounded, overlay=overlay)
+            sheet = shown.draw(panel, view, style.LIGHT, ENGLISH)
         else:
-            apart.draw(self.result, panel, pose=self.pose, group=group, scale=rounded)
+            given = self.scene, self.result, self.pose
+            pieces = apart.pieces_of(self.result, self.scene, self.pose, group, ENGLISH)
+            view = View(traces=False, loads=False, scale=rounded)
+            sheet = apart.draw_pieces(panel, *given, pieces, view, style.LIGHT, ENGLISH)
         for artist in list(panel.texts):
             if str(artist.get_gid()).startswith(("title", "subtitle")):
                 artist.remove()
-        limits = panel.get_xlim(), panel.get_ylim()
-        sheet = Sheet(panel, (0.0, 0.0), (1.0, 1.0), chosen[-1])
-        panel.set(xlim=limits[0], ylim=limits[1])
-        sheet.corner = np.array([limits[0][0], limits[1][0]])
-        heading(sheet, f"Diagram,  {scale_text('l', chosen[-1], 'm')}", "diagram-scale")
+        heading(sheet, f"Diagram,  {scale_text('l', sheet.scale, 'm')}", "diagram-scale")
 
     def friction(self, ax: Axes | None) -> Axes:
         """Draw the diagram with its friction circles, and each pin enlarged."""
@@ -278,8 +283,7 @@ class PlanPage:
         axes, _ = self._outer(ax)
         columns, share = (1, 0.62) if len(pins) < 3 else (2, 0.5)
         whole = _panel(axes, 0.0, 0.0, share, 1.0)
-        self._diagram(whole)
-        draw_lines(whole, pins)
+        self._diagram(whole, None, lambda sheet: draw_lines(sheet, pins))
         panels = _cells(axes, len(pins), columns, share + 0.01)
         forces = force_scale_of(panels, pins)
         for panel, pin in zip(panels, pins, strict=True):
