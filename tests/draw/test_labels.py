@@ -10,8 +10,8 @@ from mechdae.draw import style
 from mechdae.draw.diagram import diagram
 from mechdae.draw.diagram.places import places_of, written
 from mechdae.draw.diagram.scene import read_scene
-from mechdae.draw.labels import layout
 from mechdae.draw.labels.labels import numbers_of, write_all
+from mechdae.draw.labels.obstacles import length_inside
 from tests.shared.drawn import (
     SAMPLES,
     five_bar,
@@ -39,6 +39,15 @@ def overlap(low, high, other_low, other_high):
     return np.clip(shared, 0.0, None).prod(axis=-1)
 
 
+def crossing(segments, low, high):
+    """The length of each segment inside each box, (boxes, segments)."""
+    k, s = np.indices((len(low), len(segments))).reshape(2, -1)
+    start, end = segments[:, 0:2], segments[:, 2:4]
+    line = np.hstack([(start + end) / 2, (end - start) / 2]).T[:, s]
+    box = np.hstack([(low + high) / 2, (high - low) / 2]).T[:, k]
+    return length_inside(line, box).reshape(len(low), len(segments))
+
+
 @pytest.mark.parametrize("name", SAMPLES)
 def test_labels_cover_neither_links_nor_each_other(name, spied):
     md.plot(SAMPLES[name](), ghosts=2)
@@ -51,7 +60,7 @@ def test_labels_cover_neither_links_nor_each_other(name, spied):
     np.fill_diagonal(shared, 0.0)
     assert not shared.any()
     rows = np.array([row for row in segments if row[4] >= style.SOLID])
-    assert not layout.crossing(rows, low, high).any()
+    assert not crossing(rows, low, high).any()
     rows = np.array(boxes)
     assert not overlap(low, high, rows[:, :2], rows[:, 2:4]).any()
 
@@ -61,7 +70,7 @@ def test_crossing_is_the_length_inside():
     rows = np.array(
         [[-1, 0.5, 3, 0.5, 1], [1, 0.5, 1, 9, 1], [0, 2, 3, 2, 1], [5, -1, 5, 3, 1]], dtype=float
     )
-    np.testing.assert_allclose(layout.crossing(rows, low, high), [[2.0, 0.5, 0.0, 0.0]])
+    np.testing.assert_allclose(crossing(rows, low, high), [[2.0, 0.5, 0.0, 0.0]])
 
 
 def test_letters_of_shared_pins():

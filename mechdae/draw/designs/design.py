@@ -12,11 +12,11 @@ from mechdae.draw import style
 from mechdae.draw.designs import output
 from mechdae.draw.designs.drawn_design import (
     TURN,
+    DesignPaper,
     DrawnDesign,
     above_and_below,
     chosen,
     design_of,
-    draw_facts,
 )
 from mechdae.draw.designs.targets import (
     Targets,
@@ -31,7 +31,7 @@ from mechdae.draw.diagram.places import fixed_bodies
 from mechdae.draw.diagram.scene import Array, DrawnScene
 from mechdae.draw.figure import new_axes
 from mechdae.draw.graphs.frame import Panels
-from mechdae.draw.poses import Eye, Seen, seen
+from mechdae.draw.poses import Eye, seen
 from mechdae.draw.sheet import Sheet
 from mechdae.draw.words import Words
 from mechdae.errors import InputError
@@ -78,25 +78,24 @@ def draw(
     words = Words(lang)
     drawn = design_of(result, chosen(result, design)[0])
     goal = drawn.goal
-    shown = seen(drawn.motion, 0, view)
+    paper = DesignPaper(drawn, seen(drawn.motion, 0, view), ax, labels, words)
     if isinstance(goal, FunctionTargets):
-        return output.draw_function(drawn, shown, goal, ax, labels, words)
-    if isinstance(goal, StraightLine) and not shown.in_space:
-        return output.draw_line(drawn, shown, goal, ax, labels, words)
+        return output.draw_function(paper, goal)
+    if isinstance(goal, StraightLine) and not paper.shown.in_space:
+        return output.draw_line(paper, goal)
     if isinstance(goal, Visits):
-        return _visits(drawn, shown, goal, ax, labels, words)
+        return _visits(paper, goal)
     axes = new_axes() if ax is None else ax
-    if shown.in_space:
-        draw_facts(axes, shown, drawn, words, drawn.facts(words), labels=labels)
+    if paper.shown.in_space:
+        paper.draw(axes, drawn.facts(words))
     else:
-        _swinging(drawn, shown, axes, labels, words)
+        _swinging(paper, axes)
     return axes
 
 
-def _visits(
-    design: DrawnDesign, shown: Seen, goal: Visits, ax: Axes | None, labels: bool, words: Words
-) -> Axes:
+def _visits(paper: DesignPaper, goal: Visits) -> Axes:
     """Draw the diagram at the first target, with all targets; small ones once more below."""
+    design, shown, words = paper.design, paper.shown, paper.words
     flat, plane = shown.view.flat, not shown.in_space
     path, wanted = flat(design.path(goal.what)), flat(np.array(goal.places))
     reached = wanted
@@ -109,9 +108,9 @@ def _visits(
     high = np.maximum(high, targets.wanted.max(axis=0))
     lower = None
     if plane and _share(targets.wanted, high - low) < SMALL:
-        axes, lower = above_and_below(ax, BELOW, SHARE)
+        axes, lower = above_and_below(paper.ax, BELOW, SHARE)
     else:
-        axes = new_axes() if ax is None else ax
+        axes = new_axes() if paper.ax is None else paper.ax
 
     def overlay(sheet: Sheet) -> str:
         draw_path(sheet, path, f"path-{goal.what}")
@@ -130,8 +129,7 @@ def _visits(
         )
     most = [words("largest at a target", length, int(np.argmax(errors)) + 1)]
     facts = design.facts(words, *([] if design.defects else most))
-    draw_facts(axes, shown, design, words, facts, labels=labels, bounds=(low, high, size),
-               overlay=overlay, traces=plane)  # fmt: skip
+    paper.draw(axes, facts, bounds=(low, high, size), overlay=overlay, traces=plane)
     return axes
 
 
@@ -142,14 +140,14 @@ def _share(targets: Array, spans: Array) -> float:
     return size * float((room / np.maximum(spans, 1e-300)).min())
 
 
-def _swinging(design: DrawnDesign, shown: Seen, axes: Axes, labels: bool, words: Words) -> None:
+def _swinging(paper: DesignPaper, axes: Axes) -> None:
     """Draw the diagram between the extreme positions of a link, and those faintly."""
-    scene = shown.scene
+    design, scene, words = paper.design, paper.shown.scene, paper.words
     rockers = [goal for goal, _ in design.demand.goals if isinstance(goal, Rocker)]
     turning = [goal.coordinate for goal in rockers if goal.coordinate.endswith(".angle")]
     end = _end_of(design, scene, turning[0].rpartition(".")[0] if turning else None)
     if end is None:
-        draw_facts(axes, shown, design, words, design.facts(words), labels=labels)
+        paper.draw(axes, design.facts(words))
         return
     body, reference, series, turns = end
     low, high = int(np.argmin(series)), int(np.argmax(series))
@@ -170,8 +168,7 @@ def _swinging(design: DrawnDesign, shown: Seen, axes: Axes, labels: bool, words:
                 draw_swing(sheet, pivot, ends, (angles[0], angles[0] + swing), text)
         return ""
 
-    draw_facts(axes, shown, design, words, facts, (low + high) // 2, labels=labels,
-               ghosts=(low, high), overlay=overlay)  # fmt: skip
+    paper.draw(axes, facts, (low + high) // 2, ghosts=(low, high), overlay=overlay)
 
 
 def _end_of(

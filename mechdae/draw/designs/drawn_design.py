@@ -241,15 +241,23 @@ SEPARATOR = "  ·  "
 MARKS = ("o", "s", "^", "D", "v", "P", "X")
 
 
-def draw_facts(
-    axes: Axes, shown: Seen, design: DrawnDesign, words: Words, facts: Sequence[str], pose: int = 0,
-    **options: Any,
-) -> None:  # fmt: skip
-    """Draw the diagram of a design with facts below its title; `options` are those of a `View`."""
-    options = {"bounds": shown.bounds([pose], True), **options}
-    view = replace(shown.view, loads=False, subtitle=SEPARATOR.join(facts), **options)
-    moving = replace(shown, result=design.motion.in_units(design.result.units))
-    moving.draw(axes, view, style.LIGHT, words, pose)
+@dataclass(frozen=True)
+class DesignPaper:
+    """A design as it is looked at, the axes to draw it in, if letters are, in a language."""
+
+    design: DrawnDesign
+    shown: Seen
+    ax: Axes | None
+    labels: bool
+    words: Words
+
+    def draw(self, axes: Axes, facts: Sequence[str], pose: int = 0, **options: Any) -> None:
+        """Draw the diagram with facts below its title; `options` are those of a `View`."""
+        options = {"bounds": self.shown.bounds([pose], True), "labels": self.labels, **options}
+        about = SEPARATOR.join(facts)
+        view = replace(self.shown.view, loads=False, subtitle=about, **options)
+        motion = self.design.motion.in_units(self.design.result.units)
+        replace(self.shown, result=motion).draw(axes, view, style.LIGHT, self.words, pose)
 
 
 def mark_of(index: int) -> str:

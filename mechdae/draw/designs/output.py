@@ -9,12 +9,11 @@ from mechdae.describe.coordinates import coordinate
 from mechdae.describe.tasks.goals import FunctionTargets, StraightLine
 from mechdae.describe.units import Units
 from mechdae.draw import style
-from mechdae.draw.designs.drawn_design import TURN, DrawnDesign, above_and_below, draw_facts
+from mechdae.draw.designs.drawn_design import TURN, DesignPaper, DrawnDesign, above_and_below
 from mechdae.draw.designs.targets import draw_path
 from mechdae.draw.diagram.scene import Array
 from mechdae.draw.graphs.frame import Entry, Panels
 from mechdae.draw.graphs.scale import Scale, scale_of
-from mechdae.draw.poses import Seen
 from mechdae.draw.sheet import Sheet, unit
 from mechdae.draw.words import Words
 from mechdae.types import Json
@@ -26,14 +25,12 @@ HIGH = (1.0, 0.8)
 """Size of the diagram above the graphs of a function, over the usual one."""
 
 
-def draw_function(
-    design: DrawnDesign, shown: Seen, goal: FunctionTargets, ax: Axes | None, labels: bool,
-    words: Words,
-) -> Axes:  # fmt: skip
+def draw_function(paper: DesignPaper, goal: FunctionTargets) -> Axes:
     """Draw the diagram, the output of a design over its interval, of points over the whole sweep.
 
     Below it stands the structural error.
     """
+    design, words = paper.design, paper.words
     mechanism, units = design.problem.mechanism, design.result.units
     inputs, outputs = (coordinate(mechanism, text) for text in (design.demand.driver, goal.output))
     errors = np.array(design.data["errors"], float)
@@ -51,9 +48,9 @@ def draw_function(
         target = {"marker": "o", "markersize": 5.0, "markerfacecolor": style.PAPER,
                  "markeredgecolor": style.ARROW, "linestyle": ""}  # fmt: skip
     key = [Entry(words("of the design"), line=solid), Entry(words("wanted"), line=target)]
-    diagram, below = above_and_below(ax, 330.0, 0.6, over=26.0, larger=HIGH)
+    diagram, below = above_and_below(paper.ax, 330.0, 0.6, over=26.0, larger=HIGH)
     facts = design.facts(words, worst_fact(outputs.unit, errors, words, units))
-    draw_facts(diagram, shown, design, words, facts, labels=labels, traces=False, larger=HIGH)
+    paper.draw(diagram, facts, traces=False, larger=HIGH)
     frame = Panels(below, 2, None, key=key)
     upper, lower = frame.panels
     frame.line(upper, "output", across(x), up(y), zorder=2, **solid)
@@ -117,12 +114,10 @@ def _wanted(
     return inside, wanted
 
 
-def draw_line(
-    design: DrawnDesign, shown: Seen, goal: StraightLine, ax: Axes | None, labels: bool,
-    words: Words,
-) -> Axes:  # fmt: skip
+def draw_line(paper: DesignPaper, goal: StraightLine) -> Axes:
     """Draw the diagram at the beginning of the line, and the deviation along it."""
-    upper, lower = above_and_below(ax, 150.0, 0.3)
+    design, words = paper.design, paper.words
+    upper, lower = above_and_below(paper.ax, 150.0, 0.3)
     along, errors, places = deviation(design, goal)
     path = design.path(goal.point)
 
@@ -140,7 +135,7 @@ def draw_line(
     units = design.result.units
     across, small = scale_of("m", [along], units), scale_of_errors("m", errors, units)
     facts = design.facts(words, worst_fact("m", errors, words, units))
-    draw_facts(upper, shown, design, words, facts, labels=labels, overlay=overlay)
+    paper.draw(upper, facts, overlay=overlay)
     frame = Panels(lower, 1, None)
     panel = frame.panels[0]
     draw_errors(frame, panel, across(along), small(errors), "deviation")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -135,14 +136,10 @@ def rows_of(result: SynthesisResult, words: Words) -> list[Bar]:
         left = rows[MOST - 1 :]
         hits = sum(row.hits for row in left)
         rows = [*rows[: MOST - 1], Bar("further", "…", "any", hits, words("more", len(left)))]
-    lost: dict[str, int] = {}
-    for run in summary["runs"]:
-        if run["objective"] is None:
-            lost[run["status"]] = lost.get(run["status"], 0) + 1
-    rows += [
-        Bar("failed", "\N{EM DASH}", "any", count, f"{count}:  {status_text(status, words)}")
-        for status, count in sorted(lost.items(), key=lambda entry: -entry[1])
-    ]
+    lost = Counter(run["status"] for run in summary["runs"] if run["objective"] is None)
+    for status, count in lost.most_common():
+        text = f"{count}:  {status_text(status, words)}"
+        rows.append(Bar("failed", "\N{EM DASH}", "any", count, text))
     return rows
 
 
@@ -167,11 +164,11 @@ def status_text(status: str, words: Words) -> str:
 
 def _nearest(clusters: list[tuple[float, str, int]], value: float) -> tuple[float, str, int]:
     """Return the optimum nearest to an objective, and take it out of the list."""
-    if not clusters:
+    nearest = min(clusters, key=lambda row: abs(row[0] - value), default=None)
+    if nearest is None:
         return value, "any", 1
-    k = min(range(len(clusters)), key=lambda k: abs(clusters[k][0] - value))
-    _, kind, hits = clusters.pop(k)
-    return value, kind, hits
+    clusters.remove(nearest)
+    return value, *nearest[1:]
 
 
 def _draw(frame: Panels, panel: Axes, rows: Sequence[Bar], colours: Mapping[str, str]) -> None:

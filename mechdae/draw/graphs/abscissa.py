@@ -149,7 +149,7 @@ def arcs_of(result: Result, axis: Abscissa) -> list[StatusArc]:
             known.update(LOST)
     for word in ("unassembled", "singular", "jammed", "ambiguous", "stopped"):
         if word not in known:
-            arcs += _runs(result.status, axis.values, word)
+            arcs += runs(result.status, axis.values, word)
     return arcs
 
 
@@ -174,7 +174,8 @@ def _led(values: Any, axis: Abscissa) -> Any:
     return every[axis.lead if len(every) > 1 else 0]
 
 
-def _runs(status: Texts, values: Array, word: str) -> Iterator[StatusArc]:
+def runs(status: Texts, values: Array, word: str) -> Iterator[StatusArc]:
+    """Yield the arcs of a status, half way to the neighbours."""
     order = np.argsort(values, kind="stable")
     x, there = values[order], np.asarray(status)[order] == word
     for first, after in stretches(there):

@@ -15,7 +15,7 @@ from matplotlib.ticker import MaxNLocator
 
 from mechdae.draw import style
 from mechdae.draw.fonts import font
-from mechdae.draw.graphs.abscissa import subtitle_of
+from mechdae.draw.graphs.abscissa import Abscissa, draw_axis, runs, subtitle_of
 from mechdae.draw.graphs.frame import Entry, Panels, shaded
 from mechdae.draw.graphs.scale import number, scale_of
 from mechdae.draw.graphs.series import Array, lines_of
@@ -168,13 +168,9 @@ def _draw_lines(result: StudyResult, ax: Axes | None, planes: list[Plane]) -> Ax
     key = [Entry(word, area=style.ARCS[word]) for word in bad]
     labels = [plane.label for plane in planes] if len(planes) > 1 else []
     frame = Panels(ax, 1, result, _subtitle(result, first), key, labels)
-    panel = frame.panels[0]
-    panel.set_xlim(float(x.min()), float(x.max()))
-    for word in bad:
-        for a, b in stretches(first.status[order] == word):
-            low, high = _edges(x[order])[[a, b]].tolist()
-            panel.axvspan(low, high, zorder=0.4, **shaded(style.ARCS[word]))
-    ends = []
+    panel, ends = frame.panels[0], []
+    arcs = [arc for word in bad for arc in runs(first.status, first.axes[0], word)]
+    draw_axis(frame, Abscissa("driver", first.names[0], across, first.axes[0]), arcs, [])
     for k, plane in enumerate(planes):
         values, look = scale(plane.values[order]), style.line_of(k)
         look |= {"linewidth": 1.4, "marker": "o" if len(x) <= 41 else "", "markersize": 3.2}

@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mechdae.draw.labels.obstacles import HALO, STRANGER, Array, Obstacles, crosses, length_inside
+from mechdae.draw.labels.obstacles import HALO, STRANGER, Array, Obstacles, crosses
 from mechdae.records import dataclass
 from mechdae.types import Booleans
 
@@ -205,15 +205,6 @@ def merge(first: Label, second: Label, surcharge: float) -> Label:
         first.own,
         anchors=first.anchors,
     )
-
-
-def crossing(segments: Array, low: Array, high: Array) -> Array:
-    """Return the length of each segment inside each box, (boxes, segments)."""
-    k, s = np.indices((len(low), len(segments))).reshape(2, -1)
-    start, end = segments[:, 0:2], segments[:, 2:4]
-    line = np.hstack([(start + end) / 2, (end - start) / 2]).T[:, s]
-    box = np.hstack([(low + high) / 2, (high - low) / 2]).T[:, k]
-    return length_inside(line, box).reshape(len(low), len(segments))
 
 
 def cuts(starts: Array, ends: Array, segments: Array) -> Array:
