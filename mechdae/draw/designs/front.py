@@ -60,14 +60,9 @@ def draw(result: SynthesisResult, ax: Axes | None = None, *, lang: str = "en") -
 
 
 def _pair(
-    frame: Panels,
-    panel: Axes,
-    result: Any,
-    objectives: Sequence[Mapping[str, str]],
-    values: Points,
-    pair: tuple[int, int],
-    alone: bool,
-) -> None:
+    frame: Panels, panel: Axes, result: Any, objectives: Sequence[Mapping[str, str]],
+    values: Points, pair: tuple[int, int], alone: bool,
+) -> None:  # fmt: skip
     """Draw one objective over another; the stairs are the edge of what two of them dominate."""
     k = frame.k
     scales = [scale_of(objectives[m]["unit"], [values[:, m]], result.units) for m in pair]

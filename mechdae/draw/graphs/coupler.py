@@ -59,14 +59,9 @@ def draw(
 
 
 def draw_all(
-    results: Sequence[SweepResult],
-    labels: Sequence[str],
-    ax: Axes | None,
-    *,
-    of: Sequence[str] | None = None,
-    ticks: bool = True,
-    pivots: bool = True,
-) -> Axes:
+    results: Sequence[SweepResult], labels: Sequence[str], ax: Axes | None, *,
+    of: Sequence[str] | None = None, ticks: bool = True, pivots: bool = True,
+) -> Axes:  # fmt: skip
     """Draw the paths of several variants of a task, see `draw`; ticks only of one."""
     result, several = results[0], len(results) > 1
     chosen = [list(of) if of else default_points(drawn) for drawn in results]
@@ -80,17 +75,12 @@ def draw_all(
     what = f"hodograph of the {' and '.join(quantities)}"
     if places:
         what = f"paths of {' and '.join(PLACES[kind] for kind in quantities)}"
+    about = subtitle_of(result, what, *([] if several else filter(None, labels)))
+    scale, names = scale_of(unit, [extent], result.units), (f"{word}x", f"{word}y")
     return LociPanels(
-        fine,
-        ax,
-        loci,
-        scale_of(unit, [extent], result.units),
-        (f"{word}x", f"{word}y"),
-        subtitle_of(result, what, *([] if several else [text for text in labels if text])),
-        ticks=ticks and not several,
-        pivots=pivots_of(result, extent) if world and pivots else (),
-        origin=not places,
-    ).panel
+        fine, ax, loci, scale, names, about, ticks=ticks and not several,
+        pivots=pivots_of(result, extent) if world and pivots else (), origin=not places,
+    ).panel  # fmt: skip
 
 
 def _vectors(

@@ -94,16 +94,10 @@ def draw(
 
 
 def draw_all(
-    results: Sequence[Result],
-    names: Sequence[str],
-    ax: Axes | None,
-    *,
-    of: Sequence[str] | None = None,
-    against: str | None = None,
-    extremes: bool = True,
-    start: float | None = None,
-    end: float | None = None,
-) -> Axes:
+    results: Sequence[Result], names: Sequence[str], ax: Axes | None, *,
+    of: Sequence[str] | None = None, against: str | None = None, extremes: bool = True,
+    start: float | None = None, end: float | None = None,
+) -> Axes:  # fmt: skip
     """Draw the series of several variants of a task, each in its colour, see `draw`."""
     ends = (start, end)
     finest = [_smooth(result, of, against, ends) for result in results]

@@ -87,16 +87,10 @@ class Panels:
     """
 
     def __init__(
-        self,
-        ax: Axes | None,
-        count: int,
-        result: Any,
-        subtitle: str = "",
-        key: Sequence[Entry] = (),
-        names: Sequence[str] = (),
-        height: float | None = None,
+        self, ax: Axes | None, count: int, result: Any, subtitle: str = "",
+        key: Sequence[Entry] = (), names: Sequence[str] = (), height: float | None = None,
         rows: int = 1,
-    ) -> None:
+    ) -> None:  # fmt: skip
         sheet = current_format()
         if ax is not None:
             figure = figure_of(ax)
@@ -149,22 +143,14 @@ class Panels:
 
     def _plain(self, panel: Axes, last: bool) -> None:
         panel.set_facecolor(style.PAPER)
-        for side in ("top", "right"):
-            panel.spines[side].set_visible(False)
-        for side in ("left", "bottom"):
-            panel.spines[side].set_color(style.FAINT)
-            panel.spines[side].set_linewidth(style.THIN * self.k)
+        panel.spines[["top", "right"]].set_visible(False)
+        panel.spines[["left", "bottom"]].set(color=style.FAINT, linewidth=style.THIN * self.k)
         panel.grid(True, color=style.GHOST, linewidth=0.5 * self.k)
         panel.set_axisbelow(True)
         panel.tick_params(
-            labelsize=style.TICK * self.k,
-            labelfontfamily=style.NOTE_FONT[0],
-            color=style.FAINT,
-            labelcolor=style.INK,
-            width=style.THIN * self.k,
-            length=3.0 * self.k,
-            labelbottom=last,
-        )
+            labelsize=style.TICK * self.k, labelfontfamily=style.NOTE_FONT[0], color=style.FAINT,
+            labelcolor=style.INK, width=style.THIN * self.k, length=3.0 * self.k, labelbottom=last,
+        )  # fmt: skip
 
     def scaled(self, look: Json) -> Json:
         """Return the options of a line with the widths and sizes that they have here."""
@@ -257,13 +243,9 @@ class Panels:
                 panel.yaxis.set_label_coords(-44.0 * share / self.box[2], 0.5)
 
     def _write(
-        self,
-        rows: list[list[tuple[float, Entry]]],
-        lines: list[str],
-        subtitle: str,
-        start: float,
+        self, rows: list[list[tuple[float, Entry]]], lines: list[str], subtitle: str, start: float,
         room: float,
-    ) -> None:
+    ) -> None:  # fmt: skip
         k, y = self.k, self.box[1] + self.box[3] + LIFT * self.k
         for row in reversed(rows):
             for offset, entry in row:
@@ -373,8 +355,7 @@ class Places:
 
     def __init__(self, frame: Panels, panel: Axes) -> None:
         self.frame, self.panel = frame, panel
-        extent = panel.get_window_extent()
-        self.corner: Floats = np.array([extent.x0, extent.y0])
+        self.corner: Floats = np.array(panel.get_window_extent().p0)
         self.inch: float = 72.0 / frame.figure.dpi
         self.size: Floats = frame.size_of(panel)
         self.lines: Array = np.zeros((0, 5))
@@ -383,10 +364,8 @@ class Places:
     def at(self, x: object, y: object) -> Array:
         """Return places in points from the corner of the panel."""
         data = np.stack([np.asarray(x, float), np.asarray(y, float)], axis=-1)
-        shape = data.shape
-        places = self.panel.transData.transform(data.reshape(-1, 2)) - self.corner
-        result: Array = (places * self.inch).reshape(shape)
-        return result
+        places: Array = self.panel.transData.transform(data) - self.corner
+        return places * self.inch
 
     def keep(self, x: object, y: object) -> None:
         """Keep texts off a curve."""
@@ -401,15 +380,9 @@ class Places:
         self.lines = np.vstack([self.lines, np.insert(rows, 4, 1.0, axis=1)])
 
     def write(
-        self,
-        x: float,
-        y: float,
-        text: str,
-        color: str,
-        *,
-        above: bool = True,
+        self, x: float, y: float, text: str, color: str, *, above: bool = True,
         away: tuple[float, float] | None = None,
-    ) -> bool:
+    ) -> bool:  # fmt: skip
         """Write a text near a place if there is room; above or below it, or `away` from it."""
         k = self.frame.k
         small = font(max(style.LEAST, style.TICK * 0.94 * k), style.NOTE_FONT)

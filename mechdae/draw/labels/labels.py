@@ -65,14 +65,9 @@ class Writing:
 
 
 def writings(
-    sheet: Sheet,
-    scene: DrawnScene,
-    pose: int,
-    places: Sequence[Place],
-    links: Links,
-    marks: Sequence[Mark] = (),
-    names: Mapping[str, str] | None = None,
-) -> list[Writing]:
+    sheet: Sheet, scene: DrawnScene, pose: int, places: Sequence[Place], links: Links,
+    marks: Sequence[Mark] = (), names: Mapping[str, str] | None = None,
+) -> list[Writing]:  # fmt: skip
     """Return all labels of a pose with their possible places; ``names`` are letters of points."""
     letters = _letters(sheet, scene, pose, places, names or letters_of(scene, pose, places))
     return [*letters, *load_names(marks), *link_numbers(scene, pose, links)]

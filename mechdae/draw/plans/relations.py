@@ -146,13 +146,9 @@ class Relations:
     pole: str
 
     def __init__(
-        self,
-        result: SweepResult,
-        scene: JoinedScene,
-        pose: int,
-        word: str,
+        self, result: SweepResult, scene: JoinedScene, pose: int, word: str,
         rates: type[Rates] = Rates,
-    ) -> None:
+    ) -> None:  # fmt: skip
         self.word: str = word
         self.scene: JoinedScene = scene
         self.pose: int = pose
