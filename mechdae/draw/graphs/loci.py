@@ -149,7 +149,7 @@ class LociPanels(Panels):
             strokes += [np.array([here - half, here + half]), gap]
         xs, ys = np.vstack(strokes).T
         self.line(self.panel, f"ticks-{name}", xs, ys, color=color, linewidth=1.0, zorder=3.2)
-        for pose in named & set(crossed):
+        for pose in [pose for pose in crossed if pose in named]:
             here, across = crossed[pose]
             side = across if across @ (here - middle) >= 0 else -across
             self._beside(here, self.axis.text(self.axis.values[pose]), color, (side, -side))
