@@ -149,7 +149,8 @@ def unit_within(mechanism: Mechanism, task: Value | None, text: str) -> str | No
     """Return the unit of a coordinate, an output or a path; "" is the driver of a task."""
     text = text or getattr(getattr(task, "driver", None), "coordinate", "")
     if "/" in text or text in mechanism.outputs:
-        return import_module(SERIES).path_unit(mechanism, text) or None
+        of_force = "N" if "/reaction" in text else None  # which goals and limits make a size of
+        return import_module(SERIES).path_unit(mechanism, text) or of_force
     name, order = split_rate(text)
     base = unit_of(mechanism, name)
     return f"{base}{('', '/s', '/s2')[order]}" if base else None

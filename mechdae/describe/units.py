@@ -13,7 +13,7 @@ from fractions import Fraction
 from functools import cache
 from types import MappingProxyType
 
-from mechdae.errors import InputError, UnknownName, nearest
+from mechdae.errors import InputError, MechdaeError, UnknownName, nearest
 from mechdae.records import dataclass
 
 Powers = tuple[Fraction, ...]
@@ -32,8 +32,10 @@ NAMED = {
 }
 """Units that have a name of their own."""
 NONE: Powers = (Fraction(0),) * len(BASES)
-LENGTH = re.compile(r"(?<![\w.])(-?\d+\.?\d*(?:e[+-]?\d+)?) m(?![\w/])")
-"""A length in metres within a message."""
+IN_SI_TEXT = re.compile(r"(?<![\w.])(-?\d+\.?\d*(?:e[+-]?\d+)?) (m|rad|m/s|rad/s)(?![\w/])")
+"""A length, an angle or a speed in SI within a message."""
+LONG = 12
+"""Letters of a number from which it is rounded in a message, whatever its unit."""
 LENGTHS = ("m", "m/s", "m/s2", "m/s3")
 FORCES = ("N", "N or N m")
 MOMENTS = ("N m", "N or N m")
@@ -267,14 +269,23 @@ class Units:
         return DEGREES if si == "rad" and "rad" not in self.by_si else self.of(si)
 
     def in_text(self, text: str) -> str:
-        """Return a message whose lengths in metres are in these units.
+        """Return a message whose lengths, angles and speeds are in these units.
 
         One that asks whether metres are meant stays.
         """
-        shown = self.of("m")
-        if shown.factor == 1 or "in metres" in text:
-            return text
-        return LENGTH.sub(lambda m: f"{float(m[1]) * shown.factor:.6g} {shown.name}", text)
+
+        def shown(number: re.Match[str]) -> str:
+            unit = self.of(number[2])
+            if unit.factor == 1 and len(number[1]) < LONG:
+                return number[0]
+            return f"{float(number[1]) * unit.factor:.6g} {unit.name}"
+
+        return text if "in metres" in text else IN_SI_TEXT.sub(shown, text)
+
+    def say(self, error: MechdaeError) -> None:
+        """Let an error be in these units."""
+        error.what, error.hint = self.in_text(error.what), self.in_text(error.hint)
+        error.where = self.in_text(error.where)
 
     def __reduce__(self) -> tuple[object, ...]:
         return units_of, (self.asked, self.written)

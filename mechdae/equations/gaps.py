@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-import numpy as np
+import casadi as ca
 
 from mechdae.describe.joints.joint import Joint
 from mechdae.types import Sym
@@ -30,7 +30,7 @@ def opened(joint: Joint, key: str, numbers: Mapping[str, Any], centres: Sym) -> 
         length = numbers.get(f"{name}.contact_length") if joint.guide else None
         if length is None:
             return {"n": size}
-        return {"n": size, "turn": np.arcsin(2 * size / length)}  # both ends within the guide
+        return {"n": size, "turn": ca.asin(2 * size / length)}  # both ends within the guide
     if key == "backlash" and joint.wheels == 2:
         return {"mesh": size / 2 * abs(1 - numbers[f"{name}.ratio"]) / centres}
     return {"mesh": size / 2}

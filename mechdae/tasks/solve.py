@@ -7,9 +7,9 @@ from dataclasses import replace
 
 from mechdae.describe.file.load import Source, chosen
 from mechdae.describe.tasks.kinds import Task
-from mechdae.describe.units import SI, Units, units_of
+from mechdae.describe.units import SI, Units
 from mechdae.describe.values import Number
-from mechdae.errors import InputError, MechdaeError, SolveError
+from mechdae.errors import InputError, MechdaeError
 from mechdae.records import public
 from mechdae.results import Result
 from mechdae.tasks.dispatch.solve import KINDS, run
@@ -82,12 +82,7 @@ def solve(
     options = {"workers": workers, "progress": progress} if _spreads(meant) else {}
     if wanted is not meant:
         whole = whole.with_task(name, wanted)
-    try:
-        return run(whole, name, **options).in_units(units)
-    except SolveError as error:
-        shown = units_of(units, whole.mechanism.units)
-        error.what, error.hint = shown.in_text(error.what), shown.in_text(error.hint)
-        raise
+    return run(whole, name, units, **options).in_units(units)
 
 
 def _spreads(task: Task) -> bool:

@@ -266,6 +266,35 @@ def test_suffixes_that_fit_are_read() -> None:
     assert problem.tasks["more"].max_step == 0.5
 
 
+@pytest.mark.parametrize(
+    ("joint", "changes", "said"),
+    [
+        ("B", {"limits_deg": [90, 10]}, "limits end at 10 deg, not after their start 90 deg"),
+        ("B", {"clearance_in": -0.5}, r"clearance is negative \(-0.5 in\)"),
+        ("C", {"pin_radius_in": -2}, r"pin_radius is negative \(-2 in\)"),
+    ],
+)
+def test_errors_of_a_file_are_in_its_units(joint: str, changes: Any, said: str) -> None:
+    """Also where there is no mechanism yet that would tell them."""
+    data = four_bar(True)
+    data["joints"][joint] |= changes
+    with pytest.raises(InputError, match=said):
+        md.solve(from_dict(data), "turn")
+
+
+def test_input_errors_of_a_task_are_in_the_units_of_the_file() -> None:
+    """Not only what a mechanism cannot do: also what its gaps are too large for."""
+    data = four_bar(True)
+    data["joints"]["B"]["clearance_in"] = 3
+    driver = {"coordinate": "crank.angle", "from_deg": 0, "to_deg": 90}
+    data["tasks"]["more"] = {"kind": "play", "driver": driver, "poses": 3}
+    with pytest.raises(InputError, match=r"clearance is 3 in, .* of crank it is 2 in") as caught:
+        md.solve(from_dict(data), "more")
+    assert caught.value.where == "joints.B.clearance"
+    with pytest.raises(InputError, match=r"clearance is 0.0762 m,"):
+        md.solve(from_dict(data), "more", units="m")
+
+
 def test_loads_have_the_units_of_their_coordinate() -> None:
     data = four_bar(True)
     data["loads"]["brake"] = {"kind": "resistance", "coordinate": "rocker.angle", "positive_kN": 1}

@@ -8,7 +8,7 @@ from tests.shared.paths import ROOT
 
 PACKAGE = ROOT / "mechdae"
 BUDGETS = {
-    "describe": 13_830,  # rare kinds in modules of their own, which most problems do not import
+    "describe": 13_860,  # rare kinds in modules of their own, which most problems do not import
     "numerics": 4_640,
     "equations": 7_720,  # what is left out of a scene: rollers, second machines, plane and space
     "results": 3_470,
@@ -17,7 +17,7 @@ BUDGETS = {
     "motion": 23_370,  # poses of several drivers at the speed of one
     "forces": 4_730,
     "dynamics": 9_040,
-    "design": 15_850,
+    "design": 15_890,
     "tasks": 2_420,
     "cli": 1_720,
     "parts": 30_850,  # what a page teaches by
@@ -25,7 +25,7 @@ BUDGETS = {
 """Room -> most lines of its modules; some of them import what annotations name."""
 ALONE = 1106
 """Lines of the modules that stand alone: errors, docstrings, records, types, additions."""
-TOTAL = 145_350
+TOTAL = 145_400
 LONGEST = 500
 LONGER = {
     "describe/joints/spatial.py": 520,

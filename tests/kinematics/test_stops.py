@@ -61,6 +61,17 @@ def test_a_sweep_names_where_stops_are_met() -> None:
     assert np.array_equal(result.bound["angle"], plain.bound["angle"])
 
 
+def test_poses_beyond_either_stop_are_counted_for_themselves() -> None:
+    rocker = np.asarray(md.solve("four-bar-crank-rocker", "turn").bodies["rocker"].angle)
+    low, high = rocker.min() + 0.1, rocker.max() - 0.2
+    said = str(md.solve(four_bar((low, high)), "turn").fault).split("; ")
+    counts = {"least": int((rocker < low).sum()), "greatest": int((rocker > high).sum())}
+    assert counts["least"] != counts["greatest"]
+    for word, count in counts.items():
+        (own,) = [text for text in said if word in text]
+        assert own.endswith(f"and {count - 1} more poses")
+
+
 def test_one_pose_says_which_limit() -> None:
     sweep = md.Sweep(driver=md.Driver("crank.angle", at=(math.pi,)))
     result = md.solve(four_bar(), sweep)
@@ -218,7 +229,7 @@ def test_limits_are_numbers_of_the_file(tmp_path: Path) -> None:
     assert problem.mechanism.values()["D.limits.high"] == HIGH
     again = problem.with_values({"D.limits.high_deg": 90})
     assert again.mechanism.joints["D"].limits == (math.radians(50), math.radians(90))
-    with pytest.raises(MechanismError, match=r"joints.D.limits: limits end at 0.5, not after"):
+    with pytest.raises(MechanismError, match=r"joints.D.limits: limits end at 0.5 rad, not after"):
         four_bar((1.0, 0.5))
     with pytest.raises(InputError, match="limits"):
         four_bar((1.0,))

@@ -93,6 +93,22 @@ def test_loads_press_a_slider_back_through_all_gaps() -> None:
     assert ": slider.C loses" in result.table() or ": rod.C loses" in result.table()
 
 
+def test_a_block_that_goes_to_another_corner_reverses() -> None:
+    """A block that tilts lies at a corner of its gap: each jump of an output has its reversal."""
+    push = md.Force("push", point="slider.C", value=(-50.0, 0.0))
+    turn = md.Torque("turn", body="slider", value=0.03)
+    mechanism = slider_crank(clearance=G, contact_length=0.02)
+    loads = {"push": push, "turn": turn}
+    result = played(replace(mechanism, loads=loads), 73, under_load=True)
+    guide, at = result.joints["guide"], result.drivers["crank.angle"].position
+    corners = np.sign(np.stack([guide.gap_offset, guide.gap_turn], axis=1))
+    jumps = 1 + np.flatnonzero((corners[1:] != corners[:-1]).any(axis=1))
+    aside = np.flatnonzero((corners[1:] * corners[:-1] == 0).all(axis=1))
+    assert aside.size, "from its side to a tilt, at right angles"
+    said = [r["to"] for r in result.summary["play"]["reversals"] if r["joint"] == "guide"]
+    np.testing.assert_array_equal(said, at[jumps])
+
+
 def test_loads_press_joints_against_their_reactions() -> None:
     """A pin's centre lies where the reaction pushes it from, a block on its side of the guide."""
     push = md.Force("push", point="slider.C", value=(-50.0, 0.0))

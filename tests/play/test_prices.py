@@ -15,7 +15,7 @@ import pytest
 import mechdae as md
 from mechdae.describe.tasks.constraints import LimitConstraint
 from mechdae.describe.tasks.goals import Minimise
-from tests.shared.gaps import TURN, C, G, L, R, in_lengths, least_rod, two_wheels
+from tests.shared.gaps import TURN, C, G, L, R, in_lengths, least_rod, slider_crank, two_wheels
 
 SLIDE = "joints/guide/slide_band"
 
@@ -76,6 +76,20 @@ def test_tables_of_bands_have_one_kind_of_units() -> None:
     study = md.solve(whole, "study")
     assert [study.path_unit(path) for path in outputs[1:]] == ["m", "rad", "1", "rad/m"]
     assert "[deg/mm]" in study.in_units("mm,deg").table()
+
+
+def test_a_block_that_tilts_has_a_price() -> None:
+    """Both ends within the guide: the angle is asin(2 g / b)."""
+    b, path, wrt = 0.02, "bodies/slider/angle_band", ("guide.clearance", "guide.contact_length")
+    mechanism = slider_crank(clearance=G, contact_length=b)
+    tasks = {
+        "play": md.Play(TURN, poses=3),
+        "s": md.Sensitivity(of="play", outputs=(path,), wrt=wrt),
+    }
+    found = md.solve(md.Problem(mechanism, tasks), "s").data["derivatives"][path]
+    root = sqrt(1 - (2 * G / b) ** 2)
+    np.testing.assert_allclose(found["guide.clearance"], 2 / b / root, rtol=1e-9)
+    np.testing.assert_allclose(found["guide.contact_length"], -2 * G / b**2 / root, rtol=1e-9)
 
 
 def test_teeth_have_a_price_too() -> None:

@@ -272,9 +272,10 @@ def test_messages_have_the_lengths_of_the_file(tmp_path, capsys) -> None:
     ("text", "shown"),
     [
         ("at least 0.0597367 m, or 1e-05 m", "at least 59.7367 mm, or 0.01 mm"),
-        ("moment 3 N m, speed 2 m/s, point2 m", "moment 3 N m, speed 2 m/s, point2 m"),
+        ("moment 3 N m, speed 2 m/s, point2 m", "moment 3 N m, speed 2000 mm/s, point2 m"),
+        ("by 1.5707963267949 rad of 0.02 rad/s", "by 90 deg of 1.14592 deg/s"),
         ("35 m apart: is that in metres?", "35 m apart: is that in metres?"),
     ],
 )
 def test_lengths_in_messages(text: str, shown: str) -> None:
-    assert units_of("mm").in_text(text) == shown
+    assert units_of("mm,deg").in_text(text) == shown

@@ -43,7 +43,7 @@ def test_the_softest_spring_for_a_natural_frequency() -> None:
     design = best(with_stiffness(block(design=task)))
     exact = M * ((TURN * 1.2) ** 2 + (C / (2 * M)) ** 2)
     assert design["parameters"]["k"] == pytest.approx(exact, rel=1e-7)
-    assert "limit of summary/frequencies/0" in design["active"]
+    assert "lower limit of summary/frequencies/0" in design["active"]
 
 
 def with_stiffness(problem: Any) -> Any:

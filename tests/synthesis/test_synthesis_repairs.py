@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import re
 import tomllib
 from dataclasses import replace
 
@@ -132,9 +133,10 @@ def test_a_limit_that_no_design_keeps_is_told_in_its_unit(built):
     reaction = md.solve(limited(100), "cycle").joints["O4"]["reaction"]
     most = np.linalg.norm(reaction, axis=1).max()
     assert not found.data["designs"]
-    assert list(found.summary["conflicts"]) == ["limit of joints/O4/reaction"]
+    assert list(found.summary["conflicts"]) == ["upper limit of joints/O4/reaction"]
+    assert re.search(r"upper limit of joints/O4/reaction by [\d.e+]+ N$", str(found.fault))
     # in newtons, and not more than the file's own values miss it by
-    assert 1000 < found.summary["conflicts"]["limit of joints/O4/reaction"] < most - 100
+    assert 1000 < found.summary["conflicts"]["upper limit of joints/O4/reaction"] < most - 100
     assert all(built)
 
 

@@ -11,8 +11,9 @@ from collections.abc import Collection, Iterable, Mapping
 from typing import Any
 
 from mechdae.describe.file.reading import keys_of, split_unit
+from mechdae.describe.file.units import written_units
 from mechdae.describe.tasks.kinds import TASKS
-from mechdae.describe.units import UNITS, nearest_suffixes
+from mechdae.describe.units import UNITS, nearest_suffixes, units_of
 from mechdae.errors import MechdaeError, UnknownName, close_matches
 
 WHOLE = ("schema", "title", "source", "dimension", "frames", "gravity", "closure_tolerance")
@@ -31,7 +32,8 @@ ALIASES = {
 
 
 def explain(data: Mapping[str, Any], error: MechdaeError) -> None:
-    """Let an error about a key that landed in a wrong table say so."""
+    """Let an error be in the units of the file, and say of a key that its table is wrong."""
+    units_of(written=written_units(None, {}, data)).say(error)
     place = error.where.split(".") if error.where else []
     if isinstance(error, UnknownName) and "unknown key" in error.what:
         key = error.name

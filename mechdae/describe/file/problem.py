@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from copy import copy
 from dataclasses import field
 from importlib import import_module
@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from mechdae.describe import values
 from mechdae.describe.mechanism import Mechanism
 from mechdae.describe.tasks.kinds import Task
+from mechdae.describe.units import Units, units_of
 from mechdae.describe.values import Number, Table, Value
 from mechdae.errors import InputError, MechdaeError, UnknownName
 from mechdae.records import Record, dataclass, key, optional
@@ -156,8 +157,9 @@ class Problem(Record):
         """The sizes of the file by name."""
         return self.pattern.sizes if self.pattern else Table()
 
-    def blame(self, error: MechdaeError) -> None:
-        """Let an error about a repeated part name the place in the file it was typed at."""
+    def blame(self, error: MechdaeError, units: str | Sequence[str] | Units = ()) -> None:
+        """Let an error be in the file's units, or others; of a repeated part name where it is."""
+        units_of(units, self.mechanism.units).say(error)
         if self.pattern is not None:
             self.pattern.blame(error)
 

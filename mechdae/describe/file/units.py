@@ -169,11 +169,12 @@ def _names(table: Mapping[str, Any], above: str, before: str = "") -> dict[str, 
 
 
 def written_units(
-    mechanism: Mechanism, tasks: Mapping[str, Task], data: Mapping[str, object]
+    mechanism: Mechanism | None, tasks: Mapping[str, Task], data: Mapping[str, object]
 ) -> str:
     """Return the units that most numbers of a file are typed in, ``mm,deg,rpm``; 0 tells nothing.
 
-    Angular speeds are in degrees only where they are typed so.
+    Without a mechanism those without a suffix are not counted by what they are. Angular speeds are
+    in degrees only where they are typed so.
     """
     typed: Counter[tuple[str, bool]] = Counter()
     plain = 0  # numbers of the mechanism without a suffix
@@ -198,8 +199,9 @@ def written_units(
         elif value and not isinstance(value, str):
             plain += counted
     others = [count for (suffix, _), count in typed.items() if suffix != "_deg"]
-    few = not others or plain <= min(others)
-    in_si = Counter() if few else typed_numbers(mechanism, tasks.values(), 2 * min(others))
+    in_si = Counter[str]()
+    if mechanism is not None and others and plain > min(others):
+        in_si = typed_numbers(mechanism, tasks.values(), 2 * min(others))
     most: dict[str, tuple[int, str]] = {}
     for (suffix, rate), count in typed.items():
         si, name = ("rad/s", "deg/s") if rate else (UNITS[suffix].si[0], UNITS[suffix].name)

@@ -227,6 +227,11 @@ class Joint(Value):
     def check_shape(self, parameters: Iterable[str], values: Mapping[str, float]) -> None:
         """Raise for a shape that is none, by the values of the whole mechanism."""
 
+    def said(self, word: str, value: float) -> str:
+        """Return a value of a key with its unit, for messages."""
+        unit = next(entry.metadata.get("unit") for entry in fields(self) if entry.name == word)
+        return f"{value:.15g} {unit}" if unit and unit != "1" else f"{value:.6g}"
+
     def check(self, values: Mapping[str, float]) -> None:
         """Raise `MechanismError` for values that make no joint."""
         if values.get("mesh_loss", 0.0) >= 1:
@@ -237,7 +242,8 @@ class Joint(Value):
         low, high = (values.get(name) for name in LIMITS)
         if low is not None and high is not None and low >= high:
             raise MechanismError(
-                f"limits end at {high:g}, not after their start {low:g}",
+                f"limits end at {self.said('limits', high)}, not after their start "
+                f"{self.said('limits', low)}",
                 where=f"joints.{self.name}.limits",
             )
         if not 0 <= values.get("restitution", 0.0) <= 1:
@@ -248,7 +254,8 @@ class Joint(Value):
         for entry in NOT_NEGATIVE:
             if values.get(entry, 0.0) < 0:
                 raise MechanismError(
-                    f"{entry} is negative ({values[entry]:g})", where=f"joints.{self.name}.{entry}"
+                    f"{entry} is negative ({self.said(entry, values[entry])})",
+                    where=f"joints.{self.name}.{entry}",
                 )
         given = [entry for entry in CONTACT if entry in values]
         for entry in given:

@@ -482,9 +482,10 @@ def active(search: Search, nlp: Nlp, found: Optimum) -> dict[str, float]:
         if min(scaled[place + k] - low, high - scaled[place + k]) <= ACTIVE * (high - low):
             price = found.bound_prices[place + k] / nlp.scale[place + k]
             prices[name] = float(abs(price) * unit)
-    for word in dict.fromkeys(nlp.words):
-        rows = [i for i, name in enumerate(nlp.words) if name == word]
-        every = np.abs(found.prices[rows])  # of a limit that holds at several poses all give way
-        if word not in SILENT and every.max(initial=0.0) > ACTIVE:
-            prices[word] = float(every.sum()) * unit / nlp.unit(word)
-    return prices
+    held: dict[str, list[float]] = {}
+    for word, price in zip(nlp.words, found.prices.tolist(), strict=True):
+        if word not in SILENT:
+            each = abs(price) * unit / nlp.unit(word)
+            held.setdefault(nlp.side(word, price), []).append(each if abs(price) > ACTIVE else 0.0)
+    # of a limit that holds at several poses all give way
+    return prices | {name: sum(each) for name, each in held.items() if any(each)}

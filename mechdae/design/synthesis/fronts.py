@@ -10,9 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.describe.coordinates import unit_of
+from mechdae.describe.coordinates import unit_of, unit_within
 from mechdae.describe.file.problem import Problem
-from mechdae.describe.series_units import path_unit
 from mechdae.describe.tasks.goals import (
     Asked,
     Extreme,
@@ -49,7 +48,7 @@ def objective_name(goal: Asked) -> str:
 def objective_unit(problem: Problem, goal: Asked) -> str:
     """Return the unit of an objective's value; empty where it is not known."""
     if isinstance(goal, Extreme):
-        return path_unit(problem.mechanism, goal.path)
+        return unit_within(problem.mechanism, None, goal.path) or ""
     if isinstance(goal, Visits):
         return "m" if goal.measure == "minimax" else "m2"
     if isinstance(goal, FunctionTargets):

@@ -37,6 +37,8 @@ NewValues = tuple[dict[str, Any], dict[str, Any]]
 """Variables and parameters that take new numbers."""
 MET = 1e-7
 """Largest violation of a (dimensionless) constraint of what is feasible."""
+LIMIT = "limit of "
+"""How constraints begin that keep a path of a task between bounds."""
 MISSED = 1e-5
 """Smallest (dimensionless) violation that is told."""
 SPREAD = "spread"
@@ -105,6 +107,8 @@ class Nlp:
         self._parameters: dict[str, tuple[Sym, Floats]] = {}
         self._constraints: list[tuple[str, Any, Any, Any]] = []
         self._units: dict[str, float] = {}
+        self.in_si: dict[str, str] = {}
+        """Units of constraints by what they are called, as far as they are known."""
         self._outside: list[tuple[Any, Any, Any]] = []
         self.objective: Sym = SX(0)
         self.terms: list[Any] = []
@@ -148,12 +152,15 @@ class Nlp:
         low: Floats | float = 0.0,
         high: float = 0.0,
         unit: float = 1.0,
+        si: str = "",
     ) -> None:
         """Add low <= expression <= high; equal to zero by default.
 
-        ``unit`` is what a (dimensionless) one of it is in the user's unit.
+        ``unit`` is what a (dimensionless) one of it is in ``si``, the unit in SI.
         """
         self._units[word] = unit
+        for name in {word, self.side(word, 1.0), self.side(word, -1.0)} if si else ():
+            self.in_si[name] = si
         self._constraints.append((word, ca.densify(SX(expression)), low, high))
 
     def outside(self, name: str, function: Called, of: Sym) -> Sym:
@@ -197,8 +204,13 @@ class Nlp:
         return [word for word, e, _, _ in self._constraints for _ in range(e.numel())]
 
     def unit(self, word: str) -> float:
-        """Return what a one of a constraint is in the user's unit."""
+        """Return what a one of a constraint is in SI."""
         return self._units[word]
+
+    @staticmethod
+    def side(word: str, above: float) -> str:
+        """Return what a side of a constraint is called: limits of paths have an upper, a lower."""
+        return f"{'upper' if above > 0 else 'lower'} {word}" if word.startswith(LIMIT) else word
 
     def place(self, name: str) -> slice:
         """Return where a variable lies in z."""
@@ -376,8 +388,8 @@ class Nlp:
         amounts: dict[str, float] = {}
         for word, amount in zip(self.words, missed, strict=True):
             if abs(amount) > MISSED:
-                amount = float(abs(amount)) * self._units[word]
-                amounts[word] = max(amounts.get(word, 0.0), amount)
+                name, amount = self.side(word, amount), float(abs(amount)) * self._units[word]
+                amounts[name] = max(amounts.get(name, 0.0), amount)
         return replace(found, z=z), amounts
 
     def violations(self, z: Unknowns, given: Values) -> Any:

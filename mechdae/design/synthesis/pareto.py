@@ -413,7 +413,7 @@ def front_of(
     summary: dict[str, Any] = {
         "starts": len(front.jobs), "asked": count, "converged": len(front.points),
         "distinct": len(designs), "hits_of_best": 1 if kept else 0, "seed": seed,
-        "status": "none found", "rejected": rejected, "units": units_of(search),
+        "status": "none found", "rejected": rejected, "units": units_of(search, problems),
         "iterations": sum(found.iterations for found in front.optima),
         "objectives": [run["objective"] for run in front.runs if run["objective"] is not None],
         "runs": front.runs, "seconds": {"whole": time.process_time() - began},

@@ -10,7 +10,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from mechdae.describe.coordinate_kinds import UNIT
+from mechdae.describe.coordinate_kinds import KINDS, UNIT
 from mechdae.describe.coordinates import coordinate
 from mechdae.describe.joints.joint import LIMITS, Joint
 from mechdae.describe.joints.limits import limited
@@ -285,7 +285,13 @@ class DesignSpace:
             if around is not None:
                 last, after = (self.poses.part(beside, name) / size for beside in around)
                 place = place - (last - 2 * place + after) / 8
-            nlp.constrain(label, place, low / size, high / size, size)
+            unit, si = (self.size, "m") if self._long(name) else (1.0, "")
+            nlp.constrain(label, place, low / size, high / size, unit, si)
+
+    def _long(self, name: str) -> bool:
+        """Return whether a point, or what is not negative within limits, is a length."""
+        joint = self.poses.mechanism.joints.get(name.removeprefix(STOP))
+        return name not in self.stops or bool(joint and KINDS[joint.ranged].unit == "m")
 
     @property
     def stops(self) -> list[str]:
@@ -328,7 +334,7 @@ class DesignSpace:
         for ratio in self.asked.of(RatioConstraint):
             first, second = (self.of_name(name, d) for name in ratio.of)
             gap = (first - ratio.max * second) / self.size
-            nlp.constrain("ratio", gap, -np.inf, 0.0, self.size)
+            nlp.constrain("ratio", gap, -np.inf, 0.0, self.size, "m")
         for region in self.asked.regions:
             self._region(nlp, region, d)
         if not self.asked.full_turn:
@@ -348,7 +354,7 @@ class DesignSpace:
         corners = region.polygon
         for (a, b), (e, f) in zip(corners, [*corners[1:], corners[0]], strict=True):
             inside = ((e - a) * (y - b) - (f - b) * (x - a)) / np.hypot(e - a, f - b) / self.size
-            nlp.constrain(f"region of {region.point}", inside, 0.0, np.inf, self.size)
+            nlp.constrain(f"region of {region.point}", inside, 0.0, np.inf, self.size, "m")
 
     def _grashof(self, nlp: Nlp, d: Sym, kind: str) -> None:
         """Add the inequalities of Grashof's class, by which the crank turns fully."""
@@ -360,7 +366,7 @@ class DesignSpace:
             slack = [r3 + r4 - r1 - r2, r2 + r4 - r1 - r3, r2 + r3 - r1 - r4]
         given = self.asked.margin
         margin = TURNS if given is None else given / self.size
-        nlp.constrain("full turn", ca.vertcat(*slack) / self.size, margin, np.inf, self.size)
+        nlp.constrain("full turn", ca.vertcat(*slack) / self.size, margin, np.inf, self.size, "m")
         angles = [a for a in self.held_over_turn if self.of_loop(self.dyad(a.between))]
         least = max((float(angle.min) for angle in angles), default=0.0)
         if least:

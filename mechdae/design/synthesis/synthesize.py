@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from mechdae.describe.dimensions import parameter_units
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.tasks.synthesis import Synthesis
 from mechdae.design.synthesis.designs import (
@@ -80,7 +81,7 @@ def synthesize(
         "exhausted": sum(found.exhausted for found in optima),
         "gone_on": again, "converged": len(candidates), "distinct": len(several),
         "hits_of_best": remaining[0]["hits"] if sound else 0,
-        "status": "found" if sound else "none found", "units": units_of(search),
+        "status": "found" if sound else "none found", "units": units_of(search, problems),
         "rejected": rejected,
         "ipopt": {word: statuses.count(word) for word in dict.fromkeys(statuses)},
         "iterations": sum(found.iterations for found in optima),
@@ -110,16 +111,23 @@ def synthesize(
     )  # fmt: skip
 
 
-def units_of(search: Search) -> dict[str, str]:
-    """Return the units of the objective and of the errors that designs list; "" if not known."""
+def units_of(search: Search, problems: Sequence[Nlp]) -> dict[str, str]:
+    """Return the units of the objective and of the errors that designs list; "" if not known.
+
+    Of free parameters and of limits too, as far as they are known.
+    """
     goals = [goal for goal, _ in search.asked.goals]
     counted = [goal for goal, posed in zip(goals, search.goals, strict=True) if not posed.exact]
     lead = goals[search.goals.index(search.lead)]
     errors = error_unit(search.problem, lead)
-    if not counted:
-        return {"objective": errors, "errors": errors}
-    alone = objective_unit(search.problem, counted[0]) if len(counted) == 1 else ""
-    return {"objective": alone, "errors": errors}
+    objective = errors if not counted else ""
+    if len(counted) == 1:
+        objective = objective_unit(search.problem, counted[0])
+    given = parameter_units(search.problem.mechanism, search.problem.tasks.values())
+    found = {name: given[name] for name in search.asked.free if name in given}
+    for nlp in problems:
+        found |= nlp.in_si
+    return {**found, "objective": objective, "errors": errors}
 
 
 def _verdict(search: Search) -> dict[str, Any]:
@@ -307,7 +315,11 @@ def fault_of(
     ]
     text = f"no design found from {len(jobs)} starts ({', '.join(ends)})"
     if best:
-        words = ", ".join(f"{word} by {amount:.3g}" for word, amount in best.items())
+        units = {word: si for nlp in problems for word, si in nlp.in_si.items()}
+        shown = (
+            f"{word} by {at:.3g} {units.get(word, '').strip('1')}" for word, at in best.items()
+        )
+        words = ", ".join(text.rstrip() for text in shown)
         return f"{text}; nearest to it, in conflict: {words}", best
     why = (
         "the search for them ran out of iterations too" if exhausted

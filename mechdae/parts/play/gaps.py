@@ -208,9 +208,17 @@ def offsets(gaps: Sequence[JointGap], directions: Sequence[Floats], joints: Name
     return found
 
 
-def reversals(offset: Floats) -> Booleans:
-    """Return where offsets (n, rows) change sides from one pose to the next, (n,)."""
+def reversals(gap: JointGap, offset: Floats) -> Booleans:
+    """Return where offsets (n, rows) jump from one pose to the next, (n,).
+
+    On a disc they turn over by more than a right angle; else they go to another corner.
+    """
     turned = np.zeros(len(offset), bool)
+    last, after = offset[:-1], offset[1:]
     with np.errstate(invalid="ignore"):
-        turned[1:] = (offset[1:] * offset[:-1]).sum(axis=1) < 0
+        if gap.disc:
+            turned[1:] = (last * after).sum(axis=1) < 0
+        else:
+            turned[1:] = (np.sign(last) != np.sign(after)).any(axis=1)
+    turned[1:] &= np.isfinite(last + after).all(axis=1)
     return turned

@@ -205,7 +205,7 @@ class _Banded:
             found["reversals"] = [
                 self._reversal(gap, offset[k] - offset[k - 1], k)
                 for gap, offset in zip(self.gaps, self.pressed, strict=True)
-                for k in np.flatnonzero(reversals(offset)).tolist()
+                for k in np.flatnonzero(reversals(gap, offset)).tolist()
             ]
         return found
 

@@ -19,7 +19,7 @@ def designs_text(result: Result, width: int) -> list[str]:
     objectives = result.summary.get("front", {}).get("objectives", ())
     lines = _ranked(designs, result, objectives, width) if designs else []
     lines += front_facts(result, width)
-    units = parameter_units(result.mechanism)
+    units = parameter_units(result.mechanism) | result.summary.get("units", {})
     for rank, design in enumerate(designs, 1):
         sizes = [
             together(_number(k, v, units, result.units)) for k, v in design["parameters"].items()
@@ -116,12 +116,13 @@ def _number(name: str, value: float, given: Mapping[str, str], units: Units) -> 
 def _price(name: str, price: float, given: Mapping[str, str], result: Result) -> str:
     """Return what holds a design back, and what the objective gains by a unit of it.
 
-    Limits that are no parameter's are of lengths in metres, of angles as sines.
+    It is in SI where one of their units is not known, of angles per sine.
     """
-    unit = result.units.of(result.summary.get("units", {}).get("objective", ""))
-    scale = per(unit, *[result.units.of(given[name])] if given.get(name) else [])
-    shown = f"{price * scale.factor:.4g} {scale.name}" if name in given else f"{price:.4g}"
-    return f"{name} (price {shown.removesuffix(' 1')})"
+    units = [given.get("objective", ""), given.get(name, "")]
+    if not all(units):
+        return f"{name} (price {price:.4g})"
+    scale = per(*map(result.units.of, units))
+    return f"{name} (price {price * scale.factor:.4g} {scale.name})".replace(" 1)", ")")
 
 
 def _exact(facts: Mapping[str, Any], width: int) -> list[str]:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 
 from mechdae.additions import Registry, TaskKind, at_home
 from mechdae.describe.file.load import Source, chosen
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.tasks.kinds import MEASURES, TASKS, Task
+from mechdae.describe.units import Units
 from mechdae.errors import InputError, MechdaeError, UnavailableError
 from mechdae.results import Result
 
@@ -25,11 +26,13 @@ KINDS: Registry[TaskKind] = Registry("tasks", {
 def solve(problem: Source, task: Task | str | None = None, **options: object) -> Result:
     """Return the result of one task."""
     whole, name = chosen(problem, task)
-    return run(whole, name, **options)
+    return run(whole, name, (), **options)
 
 
-def run(whole: Problem, name: str, **options: object) -> Result:
-    """Return the result of the task of that name."""
+def run(
+    whole: Problem, name: str, units: str | Sequence[str] | Units = (), **options: object
+) -> Result:
+    """Return the result of the task of that name; errors are in `units`, or those of the file."""
     meant = whole.tasks[name]
     kind = KINDS.get(meant.kind)
     if kind is None:
@@ -39,14 +42,14 @@ def run(whole: Problem, name: str, **options: object) -> Result:
             hint=f"available: {', '.join(KINDS)}",
         )
     check_available(whole, name, meant)
-    with placed(whole, name):
+    with placed(whole, name, units):
         result: Result = at_home(kind.run)(whole, name, meant, **options)
     return result
 
 
 @contextmanager
-def placed(problem: Problem, task: str) -> Iterator[None]:
-    """Say of errors to which place of a problem with this task they belong."""
+def placed(problem: Problem, task: str, units: str | Sequence[str] | Units = ()) -> Iterator[None]:
+    """Say of errors to which place of a problem with this task they belong, in its units."""
     try:
         yield
     except MechdaeError as error:
@@ -54,7 +57,7 @@ def placed(problem: Problem, task: str) -> Iterator[None]:
             ("mechanism", "bodies", "joints", "loads", "sketch", "parameters", "outputs.")
         ):
             error.inside(f"tasks.{task}")
-        problem.blame(error)
+        problem.blame(error, units)
         raise
 
 

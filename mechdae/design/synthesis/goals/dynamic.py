@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING
 import casadi as ca
 import numpy as np
 
+from mechdae.describe.coordinates import unit_within
 from mechdae.describe.tasks.goals import Extreme as Asked
 from mechdae.design.synthesis.goals.base import Drawn, Goal
-from mechdae.design.synthesis.nlp import NewValues, Nlp, Values
+from mechdae.design.synthesis.nlp import LIMIT, NewValues, Nlp, Values
 from mechdae.design.synthesis.outcome import Called, Outcome
 from mechdae.design.synthesis.poses import dimensions
 from mechdae.design.synthesis.starts.spread import Spread
@@ -52,7 +53,8 @@ class Dynamic(Goal):
         value = nlp.outside(self.key("value"), self._called, d) / self.unit
         if self.bounds is not None:
             low, high = (bound / self.unit for bound in self.bounds)
-            nlp.constrain(f"limit of {self.asked.path}", value, low, high, self.unit)
+            si = unit_within(self.outcome.run.problem.mechanism, None, self.asked.path) or ""
+            nlp.constrain(f"{LIMIT}{self.asked.path}", value, low, high, self.unit, si)
             return SX(0)
         # one pose, to begin the sweeps with
         x = self.space.pose_variables(nlp, self.key("x"), 1)

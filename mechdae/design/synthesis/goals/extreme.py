@@ -13,9 +13,19 @@ from typing import TYPE_CHECKING, Any
 import casadi as ca
 import numpy as np
 
+from mechdae.describe.coordinates import unit_within
 from mechdae.describe.tasks.goals import Extreme as Asked
 from mechdae.design.synthesis.goals.base import Drawn, Goal
-from mechdae.design.synthesis.nlp import FINEST, SOFT, NewValues, Nlp, Values, kinked, rounded
+from mechdae.design.synthesis.nlp import (
+    FINEST,
+    LIMIT,
+    SOFT,
+    NewValues,
+    Nlp,
+    Values,
+    kinked,
+    rounded,
+)
 from mechdae.design.synthesis.poses import dimensions
 from mechdae.design.synthesis.quantity import MEANS, Quantity
 from mechdae.design.synthesis.robust.values import (
@@ -171,7 +181,7 @@ class ExtremeGoal(Goal):
         space = self.space
         if self.exactly and self.bounds is not None:
             most = float(np.cos(max(self.bounds[0], 0.0)))
-            nlp.constrain(f"limit of {self.asked.path}", space.cosines(d), -most, most)
+            nlp.constrain(f"lower {LIMIT}{self.asked.path}", space.cosines(d), -most, most)
             return SX(0)
         if self.exactly:
             # one pose, to begin the sweeps with
@@ -191,9 +201,11 @@ class ExtremeGoal(Goal):
         if self.bounds is not None:
             low, high = (self._scaled(bound) for bound in self.bounds)
             sizes = [self._mean(rows)] if self._averaged else [self._size(row) for row in rows]
-            unit = 1.0 if self.quantity.transmission else self.unit
+            unit, si = self.unit, unit_within(space.poses.mechanism, None, self.asked.path)
+            if self.quantity.transmission:  # sines
+                unit, si = 1.0, "1"
             for size in sizes:
-                nlp.constrain(f"limit of {self.asked.path}", size, low, high, unit)
+                nlp.constrain(f"{LIMIT}{self.asked.path}", size, low, high, unit, si or "")
             return SX(0)
         if self._averaged and self.deviations is not None:
             return self.sense * self._robust_mean(nlp, rows)

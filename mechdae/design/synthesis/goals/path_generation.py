@@ -70,7 +70,7 @@ class Visited:
 
     def met(self, nlp: Nlp, value: Sym, wanted: Sym) -> None:
         """Add that a target is met exactly."""
-        nlp.constrain("target", self.gap(value, wanted), unit=self.size)
+        nlp.constrain("target", self.gap(value, wanted), unit=self.size, si="m")
 
     def squares(self, values: Floats, wanted: Floats) -> Any:
         """Return the (dimensionless) squared distances of values (..., w) from wanted ones."""
@@ -90,9 +90,9 @@ class PlanarPoses(Visited):
 
     def met(self, nlp: Nlp, value: Sym, wanted: Sym) -> None:
         gap = self.gap(value, wanted)
-        nlp.constrain("target", gap[:3], unit=self.size)
+        nlp.constrain("target", gap[:3], unit=self.size, si="m")
         # the same direction, not the opposite one
-        nlp.constrain("target", gap[3], -np.inf, 1.0, self.size)
+        nlp.constrain("target", gap[3], -np.inf, 1.0, self.size, "m")
 
     def squares(self, values: Floats, wanted: Floats) -> Any:
         return super().squares(values, wanted) + 2 - 2 * np.cos(values[..., 2] - wanted[..., 2])
@@ -121,12 +121,12 @@ class SpatialPoses(Visited):
         return ca.vertcat(super().gap(value, wanted), turned)
 
     def met(self, nlp: Nlp, value: Sym, wanted: Sym) -> None:
-        nlp.constrain("target", super().gap(value, wanted), unit=self.size)
+        nlp.constrain("target", super().gap(value, wanted), unit=self.size, si="m")
         Q = ca.reshape(wanted[3:], 3, 3).T @ ca.reshape(value[3:], 3, 3)
         sines = ca.vertcat(Q[2, 1] - Q[1, 2], Q[0, 2] - Q[2, 0], Q[1, 0] - Q[0, 1]) / 2
-        nlp.constrain("target", sines, unit=self.size)
+        nlp.constrain("target", sines, unit=self.size, si="m")
         # the same orientation, not one half a turn away
-        nlp.constrain("target", (3 - ca.trace(Q)) / 2, -np.inf, 1.0, self.size)
+        nlp.constrain("target", (3 - ca.trace(Q)) / 2, -np.inf, 1.0, self.size, "m")
 
     def squares(self, values: Floats, wanted: Floats) -> Any:
         turned = values[..., 3:] - wanted[..., 3:]

@@ -13,10 +13,10 @@ from typing import TYPE_CHECKING, Any
 import casadi as ca
 import numpy as np
 
-from mechdae.describe.coordinates import NamedCoordinate, coordinate
+from mechdae.describe.coordinates import NamedCoordinate, coordinate, unit_within
 from mechdae.describe.tasks.goals import Rocker as Asked
 from mechdae.design.synthesis.goals.base import Drawn, Goal
-from mechdae.design.synthesis.nlp import NewValues, Nlp, Values
+from mechdae.design.synthesis.nlp import LIMIT, NewValues, Nlp, Values
 from mechdae.design.synthesis.space import TURN, WIDE
 from mechdae.design.synthesis.starts.spread import Spread
 from mechdae.design.synthesis.verification.claims import Stated
@@ -120,7 +120,10 @@ class RockerGoal(Goal):
             value = way / self.unit
         if self.bounds is not None:
             low, high = (bound / self.unit for bound in self.bounds)
-            nlp.constrain(f"limit of {self.path}", value, max(low, -1e18), min(high, 1e18))
+            si = unit_within(poses.mechanism, None, self.path) or ""
+            nlp.constrain(
+                f"{LIMIT}{self.path}", value, max(low, -1e18), min(high, 1e18), self.unit, si
+            )
         return SX(0) if self.exact else self.sense * value
 
     @property

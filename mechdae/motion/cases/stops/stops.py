@@ -99,8 +99,16 @@ def passed(model: Model, q: Unknowns, rebound: bool) -> tuple[Booleans, dict[str
         return np.zeros(len(q), bool), {}
     stops = Stops(model, among, [model.q, ca.SX(0, 1)], lambda expression: expression)
     over, sentence = stops.over(model.mechanism.scale, q, np.zeros((len(q), 0)), model.p_values)
-    firsts = {k: int(np.argmax(over[:, k])) for k in np.flatnonzero(over.any(axis=0)).tolist()}
-    return np.asarray(over.any(axis=1)), {sentence(n, k): n for k, n in firsts.items()}
+    said = _by_sentence(over, sentence)
+    return np.asarray(over.any(axis=1)), {text: rows[0] for text, rows in said.items()}
+
+
+def _by_sentence(over: Booleans, sentence: Callable[[int, int], str]) -> dict[str, list[int]]:
+    """Return what is said of limits -> the poses that are beyond them, each side for itself."""
+    found: dict[str, list[int]] = {}
+    for k, n in np.argwhere(over.T).tolist():
+        found.setdefault(sentence(n, k), []).append(n)
+    return found
 
 
 def beyond(scene: Scene, x: Unknowns, u: Floats, p: Floats) -> dict[int, str]:
@@ -208,10 +216,8 @@ def mark(setting: Setting, run: Run) -> None:
     scene, p = setting.scene, setting.assembler.p
     along, stops = StopsAlong(setting, run.path, run.evaluator), _stops(scene)
     over, sentence = stops.over(scene.model.mechanism.scale, run.poses.x, run.values, p)
-    places = {k: np.flatnonzero(over[:, k]) for k in np.flatnonzero(over.any(axis=0)).tolist()}
-    sentences = [
-        f"{sentence(int(rows[0]), k)} at {_some(setting, run, rows)}" for k, rows in places.items()
-    ]
+    said = _by_sentence(over, sentence)
+    sentences = [f"{text} at {_some(setting, run, np.array(rows))}" for text, rows in said.items()]
     s = samples(run)
     if setting.plan.values is None:  # which ends at stops
         s = np.concatenate([s[:1] - HAIR * np.ptp(s), s, s[-1:] + HAIR * np.ptp(s)])
@@ -231,12 +237,13 @@ def mark(setting: Setting, run: Run) -> None:
         run.found.notes.append(f"{', '.join(FREE)} are not given: {', '.join(meets)} meets a stop")
     if sentences:
         run.fault = "; ".join(sentences)
+        places = np.flatnonzero(over.any(axis=0)).tolist()
         run.summary["stopped"] = [stops.coordinates[k].part for k in places] or meets
 
 
 def _some(setting: Setting, run: Run, rows: Integers) -> str:
     """Return the first of some poses, and how many more there are."""
-    more = f" and {len(rows) - 1} more poses" if len(rows) > 1 else ""
+    more = f" and {len(rows) - 1} more pose{'s' * (len(rows) > 2)}" if len(rows) > 1 else ""
     return f"{named_poses(setting, run, rows[:1])}{more}"
 
 
