@@ -9,7 +9,8 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
-from math import cos, pi, radians, sin, sqrt, tan
+from math import cos, pi, radians, sin, sqrt
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -18,7 +19,7 @@ import mechdae as md
 from mechdae.parts.exchange.workshop.outlines import Bend
 from mechdae.parts.exchange.workshop.teeth import Teeth, ToothedLoop, least_gap
 from tests.shared.meshing import faults, pair
-from tests.shared.solids import Assembly, inside, open_sides, sides_below
+from tests.shared.solids import Assembly, inside, open_sides, sides_below, step_volumes
 
 ALPHA = radians(20)
 
@@ -48,8 +49,8 @@ def rows(problem: md.Problem, **sizes: float) -> str:
     return md.export(problem, format="svg-cut", **sizes).files["parts.csv"]
 
 
-def involute(angle: float) -> float:
-    return tan(angle) - angle
+def involute(angle):
+    return np.tan(angle) - angle
 
 
 @pytest.mark.parametrize("ring", [False, True])
@@ -148,6 +149,23 @@ def test_wheels_of_an_assembly_never_meet(name: str) -> None:
     found.rows = found.rows[::7]
     assert not found.overlaps()
     assert all(open_sides(s) == 0 for several in found.solids.values() for s in several)
+
+
+@pytest.mark.slow
+def test_solids_of_step_files_have_the_area_under_involutes(tmp_path: Path) -> None:
+    """A tooth's area is the integral of its angle times the radius."""
+    pytest.importorskip("OCP.STEPControl", reason="cadquery-ocp-novtk is not installed")
+    made = md.export(pair((20, 56), "internal", 0.036), format="step", pin=0.004, thickness=0.003)
+    m, r, play = 2.0, 20.0, 0.08  # mm
+    base, top, low = r * cos(ALPHA), r + m, r - 1.25 * m
+    half = pi / 40 - play / (4 * r) + involute(ALPHA)
+    sizes = np.linspace(base, top, 20001)
+    angles = half - involute(np.arccos(base / sizes))
+    tooth = float(np.sum((angles[1:] + angles[:-1]) / 2 * np.diff(sizes**2)))
+    tooth += (base**2 - low**2) * half  # radial below the base circle
+    area = pi * low**2 + 20 * tooth - pi * 2.04**2
+    volumes = step_volumes(made.text, tmp_path / "x.step")
+    assert min(abs(volume / (3 * area) - 1) for volume in volumes) < 1e-6
 
 
 def test_a_wheel_turned_by_half_of_a_pitch_would_be_seen_to_meet() -> None:

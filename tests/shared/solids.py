@@ -9,6 +9,7 @@ from __future__ import annotations
 import re
 from collections import defaultdict
 from itertools import pairwise
+from pathlib import Path
 
 import numpy as np
 
@@ -23,6 +24,29 @@ def solids(text: str) -> dict[str, list[np.ndarray]]:
         numbers = re.findall(r"vertex (\S+) (\S+) (\S+)", body)
         found[name].append(np.array(numbers, float).reshape(-1, 3, 3))
     return found
+
+
+def step_volumes(text: str, path: Path) -> list[float]:
+    """Return the volumes of solids of a STEP file [mm^3], all of them valid for its kernel."""
+    from OCP.BRepCheck import BRepCheck_Analyzer
+    from OCP.BRepGProp import BRepGProp
+    from OCP.GProp import GProp_GProps
+    from OCP.STEPControl import STEPControl_Reader
+    from OCP.TopAbs import TopAbs_SOLID
+    from OCP.TopExp import TopExp_Explorer
+
+    path.write_text(text, encoding="utf-8")
+    reader = STEPControl_Reader()
+    reader.ReadFile(str(path))
+    reader.TransferRoots()
+    found, volumes = TopExp_Explorer(reader.OneShape(), TopAbs_SOLID), []
+    while found.More():
+        assert BRepCheck_Analyzer(found.Current()).IsValid()
+        properties = GProp_GProps()
+        BRepGProp.VolumeProperties_s(found.Current(), properties)
+        volumes.append(properties.Mass())
+        found.Next()
+    return volumes
 
 
 def open_sides(triangles: np.ndarray) -> int:

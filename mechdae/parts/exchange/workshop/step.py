@@ -43,10 +43,13 @@ class StepSolids:
         for module, names in MODULES.items():
             loaded = import_module(f"OCP.{module}")
             self.a |= {name: getattr(loaded, name) for name in names.split()}
+        newer = ("Array1_gp_Pnt", "Array1_double", "Array1_int")
+        before = ("TColgp_Array1OfPnt", "TColStd_Array1OfReal", "TColStd_Array1OfInteger")
         try:
-            self.poles = import_module("OCP.collections").Array1_gp_Pnt
+            self.arrays = [getattr(import_module("OCP.collections"), name) for name in newer]
         except ImportError:  # before release 8
-            self.poles = import_module("OCP.TColgp").TColgp_Array1OfPnt
+            modules = [import_module(f"OCP.{name.partition('_')[0]}") for name in before]
+            self.arrays = [getattr(*pair) for pair in zip(modules, before, strict=True)]
 
     def text(self, parts: list[PlacedPart]) -> str:
         """Return a file of named solids, without the time at which it is written."""
@@ -86,14 +89,14 @@ class StepSolids:
     def _wire(self, loop: Outline, reverse: bool = False) -> object:
         """Return a loop of arcs, curves and the straight sides between them."""
         a, sides, wire = self.a, loop.sides(), self.a["BRepBuilderAPI_MakeWire"]()
-        edge = a["BRepBuilderAPI_MakeEdge"]
+        edge, bends = a["BRepBuilderAPI_MakeEdge"], []
         for side, after in zip(sides, sides[1:] + sides[:1], strict=True):
             begin, end = self._point(side.begin), self._point(side.end)
             if isinstance(side, Bend):
-                poles = self.poles(1, 4)
-                for k, place in enumerate(side):
-                    poles.SetValue(k + 1, self._point(place))
-                wire.Add(edge(a["Geom_BezierCurve"](poles)).Edge())
+                bends.append(side)
+                if not isinstance(after, Bend):
+                    wire.Add(edge(self._curve(bends)).Edge())
+                    bends = []
             elif side.radius > 0:
                 axes = a["gp_Ax2"](self._point(side.middle), self._up)
                 wire.Add(edge(a["gp_Circ"](axes, side.radius * MM), begin, end).Edge())
@@ -104,6 +107,20 @@ class StepSolids:
             found.Reverse()
         return found
 
+    def _curve(self, bends: list[Bend]) -> object:
+        """Return curves that go on in equal steps and directions as one spline."""
+        inner = [place for bend in bends for place in (bend.first, bend.second)]
+        places = [bends[0].begin, *inner, bends[-1].end]
+        count = len(bends)
+        poles, knots = [self._point(place) for place in places], np.arange(count + 1.0).tolist()
+        values: Json = [poles, knots, [4, *[2] * (count - 1), 4]]
+        arrays = []
+        for make, several in zip(self.arrays, values, strict=True):
+            arrays.append(make(1, len(several)))
+            for k, value in enumerate(several):
+                arrays[-1].SetValue(k + 1, value)
+        return self.a["Geom_BSplineCurve"](*arrays, 3)
+
     def _point(self, place: Floats) -> object:
         return self.a["gp_Pnt"](float(place[0]) * MM, float(place[1]) * MM, 0.0)
 
@@ -112,7 +129,7 @@ MODULES = {
     "BRepBuilderAPI": "BRepBuilderAPI_MakeEdge BRepBuilderAPI_MakeFace BRepBuilderAPI_MakeWire "
     "BRepBuilderAPI_Transform",
     "BRepPrimAPI": "BRepPrimAPI_MakePrism",
-    "Geom": "Geom_BezierCurve",
+    "Geom": "Geom_BSplineCurve",
     "Message": "Message",
     "STEPCAFControl": "STEPCAFControl_Writer",
     "TCollection": "TCollection_ExtendedString",
