@@ -87,6 +87,8 @@ def test_what_is_drawn_is_what_python_solves(drawing, tmp_path, steps, clicks):
     assert page.evaluate("mechdae.mobility()") == {"count": 1, "rank": 1, "without": []}
     drawn.as_python(page, tmp_path / "drawn.toml")
     file = tmp_path / "drawn.toml"
+    slanted = steps is drawn.SLIDER_CRANK
+    assert ("axis_deg = 30 }" in file.read_text(encoding="utf-8")) == slanted
     # lengths are parameters with at most two decimals of a millimetre
     assert all(len(str(round(1000 * value, 9)).partition(".")[2]) <= 2
                for value in md.load(file).mechanism.parameters.values())  # fmt: skip
@@ -413,7 +415,7 @@ def test_templates_are_a_start(drawing):
 
 
 @in_browser
-def test_mirrored_halves_share_dimensions_and_the_points_on_the_line(drawing, tmp_path):
+def test_mirrored_halves_share_dimensions_and_the_points_on_the_line(drawing, files, tmp_path):
     """Half a press with its slider on the line; a four-bar with its pivot on a slanted one."""
     page = drawing()
     drawn.out(page, 1.8)
@@ -434,7 +436,7 @@ def test_mirrored_halves_share_dimensions_and_the_points_on_the_line(drawing, tm
     places = page.evaluate("mechdae.pose().points")
     mirrored = {(round(x, 5), round(y, 5)) for y, x in places.values()}
     assert {(round(x, 5), round(y, 5)) for x, y in places.values()} == mirrored
-    page.reload()
+    loaded(page, files())
     draw(page, drawn.RACK)
     page.locator("[data-tool=mirror]").click()
     page.mouse.click(*at(page, 0, 40))

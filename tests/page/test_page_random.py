@@ -225,3 +225,5 @@ def test_the_measured_pages_are_as_good_as_the_page_says():
         assert own["said"] == {}
         assert own["not_as_python"] == own["empty"] == []
         assert f"{own['browser']}, {own['pages']} pages" in text
+        drawn = own["editor"].get("drawn", {}).values()
+        assert all(row["worst"] < 1e-12 and row["seconds"] < 60 for row in drawn)

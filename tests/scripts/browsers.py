@@ -46,8 +46,8 @@ DRAWN = """(() => {
   const all = mechdae.values(), values = all.filter((_, k) => k % 30 === 2);
   const poses = values.map((value) => [mechdae.set(value), mechdae.pose().points]);
   const shown = document.querySelectorAll('#diagram path, #diagram line').length;
-  const mobility = mechdae.mobility();
-  return JSON.stringify({ values, poses, shown, mobility, toml: mechdae.toml() });
+  const mobility = mechdae.mobility(), [led] = mechdae.state().drivers;
+  return JSON.stringify({ values, poses, shown, mobility, led, toml: mechdae.toml() });
 })()"""
 EDITED = ("gorshkov-seven-link", "triad-six-modes", "c1-exact-max-mu")
 """Problems that the editor opens."""
@@ -104,6 +104,7 @@ class WebKit:
     def opens(self, file: Path) -> None:
         """Open a page."""
         self.driver.get(f"file://{file}")
+        self.driver.execute_script("return mechdae.ready.then(() => true);")
 
     def asks(self, expression: str) -> Any:
         """Return the value of an expression that gives JSON."""
@@ -149,8 +150,7 @@ def edited(browser: Firefox | WebKit, folder: Path) -> dict[str, Any]:
         saved = md.load(file)
         if not found["values"]:
             continue
-        led = next(iter(saved.tasks.values())).all_drivers[0].coordinate
-        driver = md.Driver(led, at=tuple(found["values"]))
+        driver = md.Driver(found["led"], at=tuple(found["values"]))
         result = md.solve(saved.mechanism, md.Sweep(driver=driver))
         size = max(np.abs(own.position).max() for own in result.points.values())
         for k, (closes, points) in enumerate(found["poses"]):
@@ -207,10 +207,15 @@ def examined(kind: type[Firefox] | type[WebKit], chosen: list[str]) -> dict[str,
             drawn["said"] = list(browser.said)
         finally:
             browser.close()
+    return summed(browser.version, table, drawn)
+
+
+def summed(version: str, table: dict[str, Any], drawn: dict[str, Any]) -> dict[str, Any]:
+    """Return the figures of all pages of a browser, beside those of its editor."""
     live = [own for own in table.values() if own["live"]]
     changed = sorted(own["change_ms"] for own in live if own["change_ms"] is not None)
     return {
-        "browser": browser.version,
+        "browser": version,
         "pages": len(table),
         "live": len(live),
         "poses": sum(own["poses"] for own in live),

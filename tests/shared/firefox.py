@@ -117,10 +117,11 @@ class Firefox:
                 return answer["result"]
 
     def opens(self, file: Path) -> None:
-        """Open a page."""
+        """Open a page, and wait until it is there."""
         self.call(
             "browsingContext.navigate", context=self.context, url=f"file://{file}", wait="complete"
         )
+        self.evaluate("mechdae.ready")
 
     def asks(self, expression: str) -> Any:
         """Return the value of an expression that gives JSON."""
