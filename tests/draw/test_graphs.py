@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 
 import mechdae as md
 from mechdae.describe.file import library
@@ -184,6 +185,33 @@ def test_polar_diagram(rubbing: md.Result) -> None:
     assert any(text.get_text().startswith(f"{size.max() / 1000:.4g} at ") for text in axes.texts)
     same = md.plot(whole, "losses", polar=True, joints=["B"])
     assert np.array_equal(line(same, "locus-B").get_xdata(), own.get_xdata())
+
+
+def test_rates_stand_below_what_moves_by_default(rocker: md.Result) -> None:
+    figure = md.plot(rocker, "curves").get_figure(root=True)
+    labels = [panel.get_ylabel().partition(" [")[0] for panel in figure.axes]
+    assert labels == ["angle", "angular velocity", "angular acceleration"]
+    ends = [
+        {gid.split("/")[1] for gid in map(str, map(Line2D.get_gid, panel.lines)) if "curve" in gid}
+        for panel in figure.axes
+    ]
+    assert ends == [{"coupler", "rocker"}] * 3
+
+
+def test_velocities_of_a_body_are_those_of_its_points(rocker: md.Result) -> None:
+    with pytest.raises(UnknownName) as raised:
+        md.plot(rocker, "curves", of="bodies/rocker/velocity")
+    assert "points/rocker.C/velocity" in str(raised.value)
+
+
+def test_extremes_have_room_for_their_names_and_no_more(rocker: md.Result) -> None:
+    """The axis reaches 20 pt beyond the curves, whatever they span."""
+    panel = md.plot(rocker, "curves", of="bodies/rocker/angle")
+    values = np.degrees(rocker.bodies["rocker"].angle)
+    low, high = panel.get_ylim()
+    height = panel.get_window_extent().height * 72 / panel.get_figure(root=True).dpi
+    room = np.array([values.min() - low, high - values.max()]) / np.ptp(values) * height
+    assert room == pytest.approx([20.0, 20.0], rel=1e-2)
 
 
 def test_ticks_of_equal_time(rocker: md.Result) -> None:
