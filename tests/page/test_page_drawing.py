@@ -59,3 +59,19 @@ def test_arrows_of_resistances_have_the_sense_of_the_force(name, bodies, degrees
             assert np.sign(seen) == np.sign(true) != 0, (load, degree)
             senses[load].add(np.sign(true))
     assert all(signs == {-1.0, 1.0} for signs in senses.values())
+
+
+def test_names_of_dimensions_are_clear_of_pins(opened):
+    """Radii of pins are shorter than their names."""
+    gaps = """() => {
+      const middles = (all) => [...document.querySelectorAll(all)].map((own) => {
+        const { x, y, width, height } = own.getBoundingClientRect();
+        return [x + width / 2, y + height / 2];
+      });
+      const pins = middles('#diagram [data-id$=-pin] circle');
+      return middles('.dimension:not([display=none]) .name').map(([x, y]) =>
+        Math.min(...pins.map(([u, v]) => Math.hypot(x - u, y - v))));
+    }"""
+    found = opened("slider-crank-friction").evaluate(gaps)
+    assert len(found) == 4  # r, l and two radii that are large enough to be drawn
+    assert min(found) > 15

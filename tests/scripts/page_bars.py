@@ -2,6 +2,7 @@
 
     python -m tests.scripts.page_bars [--out FILE] [--axe FOLDER] [--pictures FOLDER] [NAME ...]
     python -m tests.scripts.page_bars --out FILE --letters [NAME ...]  # sizes and letters anew
+    python -m tests.scripts.page_bars --out FILE --only-axe --axe FOLDER  # in light, dark
 
 ``--axe`` is a folder with ``axe.min.js`` (``npm pack axe-core``); it is not part of the package.
 With ``--pictures`` each page is photographed: light, dark, phone, Russian. Rows of pages that are
@@ -221,6 +222,18 @@ def lettered(browser: Any, name: str, folder: Path, before: dict[str, Any]) -> d
     return found | ({"letters": letters} if before["live"] else {})
 
 
+def axed(browser: Any, name: str, folder: Path, axe: str, before: dict[str, Any]) -> dict[str, Any]:
+    """Return the row of a page with what axe-core and the console say, in light and dark."""
+    file = md.page(name).save(folder / f"{name}.html")
+    visit = Visit(browser, file, "en", axe, None)
+    for kind in ("light", "dark"):
+        visit.page.emulate_media(color_scheme=kind)
+        visit.look(kind)
+    visit.page.close()
+    found = before.get("axe", {}) | {kind: ids for kind, ids in visit.violations.items() if ids}
+    return before | {"axe": found, "said": before["said"] + visit.said}
+
+
 def edited(browser: Any, folder: Path, axe: str | None, pictures: Path | None) -> dict[str, Any]:
     """Return what axe-core and phones find in the editor, empty and with a mechanism."""
     found: dict[str, Any] = {"axe": {}, "said": [], "small": [], "bytes": 0}
@@ -274,17 +287,23 @@ def main() -> None:
     parser.add_argument("--axe")
     parser.add_argument("--pictures", type=Path)
     parser.add_argument("--letters", action="store_true")
+    parser.add_argument("--only-axe", action="store_true")
     options = parser.parse_args()
     from playwright.sync_api import sync_playwright
 
     axe = Path(options.axe, "axe.min.js").read_text(encoding="utf-8") if options.axe else None
     table, drawn = dict[str, Any](), dict[str, Any]()
-    if (options.names or options.letters) and options.out and Path(options.out).exists():
+    again = options.letters or options.only_axe
+    if (options.names or again) and options.out and Path(options.out).exists():
         known = json.loads(Path(options.out).read_text(encoding="utf-8"))
         table, drawn = known["pages"], known["editor"]
     with tempfile.TemporaryDirectory() as folder, sync_playwright() as own:
         browser = own.chromium.launch(executable_path=CHROMIUM, args=ARGUMENTS)
-        for name in options.names or (list(table) if options.letters else names()):
+        for name in options.names or (list(table) if again else names()):
+            if options.only_axe:
+                table[name] = axed(browser, name, Path(folder), axe or "", table[name])
+                print(name, table[name]["axe"], table[name]["said"], flush=True)
+                continue
             if options.letters:
                 table[name] = lettered(browser, name, Path(folder), table[name])
                 print(name, table[name].get("letters"), flush=True)
@@ -295,7 +314,7 @@ def main() -> None:
                 print(name, "-", str(error).splitlines()[0])
                 continue
             print(name, table[name], flush=True)
-        drawn = drawn if options.letters else edited(browser, Path(folder), axe, options.pictures)
+        drawn = drawn if again else edited(browser, Path(folder), axe, options.pictures)
         print("editor", drawn, flush=True)
         version = browser.version
         browser.close()

@@ -27,7 +27,7 @@ export class Diagram extends View {
   rigid(part, made, pose) {
     const frame = this.frame(part, pose);
     if (!frame) return false;
-    const spot = frame.place(part.spot ? spotAt(part.spot, pose.share) : ZERO, 0), [x, y] = part.spot ? this.inside(made, spot) : spot;
+    const spot = frame.place(part.spot ? spotAt(part.spot, pose.share) : ZERO, 0), [x, y] = part.spot ? (made.spot = this.inside(made, spot)) : spot;
     let more = part.spot || !part.turn ? "" : ` rotate(${((-frame.angle * 180) / Math.PI).toFixed(3)})`;
     const load = part.spot || !part.id.startsWith("load-") ? null : this.drawing.loads[part.id.slice(5)];
     if (load) {

@@ -10,13 +10,18 @@ import { quantity } from "./units.js";
 const OFF = 17, NEXT = 15, TURNED = 30, LONG = 6, HEAD = 6, SUPPORT = 22;
 /** So many lines are drawn together; of more only the one that is lit. */
 const TOGETHER = 9;
+/** Where a letter may stand: share of its line, and how far beyond [units]; nearer than `FREE` to something it goes where there is more room. */
+const STANDS = [[0.38, 0], [0.62, 0], [0.22, 0], [0.78, 0], [1, 12], [0, -12]], FREE = 15;
+/** Directions of radii on the sheet. */
+const RADIAL = [-1, -3, 1, 3].map((k) => (k * Math.PI) / 4);
 
 export class Dimensions {
   /** @param {any} app */
   constructor(app) {
     this.app = app;
     const { data, session } = app;
-    this.layer = element("g", { class: "dimensions" }, app.diagram.svg);
+    this.layer = element("g", { class: "dimensions" });
+    app.diagram.svg.insertBefore(this.layer, app.diagram.layers.parts);
     if (session.live) this.build(data, session);
     else this.list(data);
   }
@@ -77,29 +82,69 @@ export class Dimensions {
     this.places = app.now();
     const angles = app.turned(), open = app.tabs.shown === "dimensions";
     const few = this.lines.length <= TOGETHER && !app.data.scene.space;
+    const drawn = [], seen = new Set();
+    if (app.reading || !this.taken) this.taken = this.obstacles();
     for (const line of this.lines) {
       const shown = (open && few) || line.k === this.one;
-      const at = shown && this.placed(line, this.places, angles);
-      line.made.setAttribute("display", at ? "inline" : "none");
-      if (!at) continue;
+      const at = shown && this.placed(line, this.places, angles), spot = at && `${line.k} ${at.flat(2).map((v) => v.toFixed(1))}`;
+      line.made.setAttribute("display", at && !seen.has(spot) ? "inline" : "none"); // two joints may have one radius
+      if (!at || seen.has(spot)) continue;
+      seen.add(spot);
       const [[x, y], turn, form] = at;
       line.made.setAttribute("transform", `translate(${x.toFixed(2)} ${y.toFixed(2)}) rotate(${((turn * 180) / Math.PI).toFixed(2)})`);
       const upright = Math.cos(turn) < -1e-6 || (Math.cos(turn) < 1e-6 && Math.sin(turn) > 0) ? -1 : 1, // upwards it is read from the right
         key = `${form.map((v) => v.toFixed(1))} ${upright}`;
       if (line.key !== key) { line.key = key; this.drawn(line, form, upright); }
+      if (form[2] !== 2) drawn.push([line, at]);
+    }
+    this.place(drawn, app.reading);
+  }
+
+  /** Spots on the sheet that letters keep clear of: pins, places along links, the diagram's letters. */
+  obstacles() {
+    const { diagram } = this.app, bodies = new Map(), spots = [];
+    for (const [name, place] of Object.entries(this.places)) {
+      const [body] = name.split("."), here = diagram.at(place), before = body !== "ground" && bodies.get(body);
+      for (const t of before ? [0.2, 0.4, 0.6, 0.8] : []) spots.push([0, 1].map((i) => before[i] + t * (here[i] - before[i])));
+      bodies.set(body, here);
+      spots.push(here);
+    }
+    for (const { spot } of diagram.elements || []) if (spot) spots.push(spot);
+    return spots;
+  }
+
+  /** How far a spot is from the nearest obstacle. */
+  room(spot) { return Math.min(...this.taken.map(([x, y]) => Math.hypot(x - spot[0], y - spot[1]))); }
+
+  /** What is used now unless it has too little room; then the roomiest. */
+  clear(all, now, spotOf) {
+    const room = (own) => this.room(spotOf(own));
+    return room(now) < FREE ? all.reduce((best, own) => (room(own) > room(best) + 2 ? own : best), now) : now;
+  }
+
+  /** Put letters on their lines clear of pins, of the diagram's letters and of each other; none goes elsewhere without need. */
+  place(drawn, anew) {
+    for (const [line, [[x, y], turn, [long]]] of drawn) {
+      const [c, s] = [Math.cos(turn), Math.sin(turn)], along = ([share, beyond]) => share * long + beyond;
+      const spot = (stand) => [x + c * along(stand) - s * line.off, y + s * along(stand) + c * line.off];
+      if (anew || !line.stand) line.stand = this.clear(STANDS, line.stand || STANDS[0], spot);
+      line.letter.setAttribute("transform", `translate(${along(line.stand).toFixed(2)} ${line.off})${line.upright < 0 ? " rotate(180)" : ""}`);
+      if (anew) this.taken.push(spot(line.stand));
     }
   }
 
   /** Where a line begins, its angle on the sheet, and (length, where the other point is across, which side). */
-  placed({ kind, body, from, to, k }, places, angles) {
-    const { diagram, session } = this.app, turn = body === "ground" ? 0 : angles[body];
+  placed(line, places, angles) {
+    const { kind, body, from, to, k } = line, { diagram, session } = this.app, turn = body === "ground" ? 0 : angles[body];
     const joint = this.app.data.scene.joints.find(({ name }) => name === body);
     const a = places[kind === "radius" && to === "roller_radius" ? joint.second : from];
     if (!a) return null;
     const start = diagram.at(a);
     if (kind === "radius") {
       const reach = Math.abs(session.theta[k]) * diagram.scale;
-      return reach < 9 ? null : [start, -Math.PI / 4, [reach, 0, 0]];
+      if (reach < 9) return null;
+      if (this.app.reading || line.turn === undefined) line.turn = this.clear(RADIAL, line.turn ?? RADIAL[0], (way) => [start[0] + (reach + 12) * Math.cos(way), start[1] + (reach + 12) * Math.sin(way)]);
+      return [start, line.turn, [reach, 0, 0]];
     }
     if (kind === "axis" || kind === "angle") {
       const base = kind === "axis" ? angles[joint.first.split(".")[0]] || 0 : turn;
@@ -123,17 +168,17 @@ export class Dimensions {
     return sum > 1e-6 ? -1 : 1;
   }
 
-  drawn({ made: own, k, level, body }, [long, across, side], upright) {
+  drawn(line, [long, across, side], upright) {
+    const { made: own, k, level, body } = line, letter = (line.letter = element("text", { x: 0, y: 0, class: "name" }));
+    const [name, low] = written(this.app.data.sliders[k].name).split(/_(.*)/);
+    letter.textContent = name;
+    if (low) element("tspan", { dy: 3, "font-size": "75%" }, letter).textContent = low;
     own.replaceChildren();
-    const { name } = this.app.data.sliders[k];
-    const letters = (x, y, turned) => {
-      const text = element("text", { x: 0, y: 0, transform: `translate(${x.toFixed(2)} ${y.toFixed(2)})${turned}`, class: "name" }, own);
-      text.textContent = written(name);
-    };
     if (side === 2) { // an angle, counter-clockwise
       const [c, s] = [Math.cos(long), -Math.sin(long)], r = TURNED + NEXT * level;
       element("path", { d: `M0 0H${r + 8}M0 0L${((r + 8) * c).toFixed(2)} ${((r + 8) * s).toFixed(2)}M${r} 0A${r} ${r} 0 ${Math.abs(long) > Math.PI ? 1 : 0} ${long > 0 ? 0 : 1} ${(r * c).toFixed(2)} ${(r * s).toFixed(2)}` }, own);
-      letters((r + 12) * Math.cos(long / 2), -(r + 12) * Math.sin(long / 2), "");
+      letter.setAttribute("transform", `translate(${((r + 12) * Math.cos(long / 2)).toFixed(2)} ${(-(r + 12) * Math.sin(long / 2)).toFixed(2)})`);
+      own.append(letter);
       return;
     }
     const off = side * (OFF + NEXT * level + (body === "ground" ? SUPPORT : 0)), edge = off + Math.sign(off) * LONG;
@@ -142,6 +187,7 @@ export class Dimensions {
     element("path", { d: `M0 ${off}H${long}`, class: "area" }, own);
     element("path", { d: `M0 ${off}H${long}${heads}`, class: "main" }, own);
     element("path", { d: ways, class: "way" }, own);
-    letters(0.38 * long, off, upright < 0 ? " rotate(180)" : "");
+    Object.assign(line, { off, upright });
+    own.append(letter);
   }
 }
