@@ -158,9 +158,10 @@ class Integrator(ABC):
             state[lay[name]] = value
         omega = self.frequency(v, a)
         top = omega
-        if (signs != self.setup.loose).any():  # what rests is measured by what would move it
+        loose = self.setup.loose * (np.arange(len(signs)) < len(signs) - len(self.setup.closed))
+        if (signs != loose).any():  # what rests is measured by what would move it
             self.rhs += 1
-            top = max(omega, self.frequency(v, self._rhs(t, x, v, self.setup.loose)[0]))
+            top = max(omega, self.frequency(v, self._rhs(t, x, v, loose)[0]))
             omega = omega if omega > STILL * top else 0.0
         top = max(top, self._driven(t, x, v, signs))
         span = self.setup.end

@@ -14,6 +14,7 @@ from tests.shared.bouncing import (
     G,
     along_teeth,
     ball,
+    carriage,
     disc,
     hits,
     rubbing_slope,
@@ -65,6 +66,12 @@ def rests_at_stops() -> float:
     return np.inf if result.fault or alone else 0.0
 
 
+def touches() -> float:
+    at_rest = {"wall": 0.0, "slot": 0.0}
+    result = moved(carriage((1, 1), ([0, 1], [0, 1]), (0, 0), start=at_rest, start_speed=at_rest))
+    return np.inf if result.fault or hits(result, "release") else 0.0
+
+
 def chords() -> float:
     return off(hits(moved(disc(1.0, 0.2, 0.02))), [math.sqrt(3) / 2 * 1e-3 / 0.2])
 
@@ -101,7 +108,7 @@ SAID = SUITE + "test_what_a_gap_does_without_is_said"
 SLIPS = [
     Slip("dynamics.contacts.impacts", "before + e * np.minimum(", "before - e * np.minimum(",
          bounces, BALL),
-    Slip("dynamics.contacts.touching", "(self.before + self.after) / 2",
+    Slip("dynamics.contacts.hit", "(self.before + self.after) / 2",
          "(self.before + self.after)", impact_losses, BALL),
     Slip("dynamics.contacts.impacts", "if len(before) < 2 or", "if len(closing) < 2 or",
          one_after_the_other, SUITE + "test_a_block_that_touches_makes_an_impact_not_unique"),
@@ -116,6 +123,8 @@ SLIPS = [
          SUITE + "test_limits_without_a_restitution_are_passed_with_a_word"),
     Slip("equations.forces.dry_friction", "forms=contact.sign * one.forms", "forms=one.forms",
          teeth_on_bearings, SUITE + "test_teeth_change_flanks_where_the_torque_changes_its_sign"),
+    Slip("dynamics.contacts.touching", "held + self._none[closed]", "held - self._none[closed]",
+         touches, SUITE + "test_contacts_that_touch_without_a_force_stay_closed"),
     Slip("dynamics.watchers.sliding", "(moved <= RANK * without)", "(moved > 2 * without)",
          rests_at_stops, SUITE + "test_what_rubs_rests_at_a_stop"),
     Slip("dynamics.unique", "(~known[holding.rows :] & locked)",

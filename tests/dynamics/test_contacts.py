@@ -339,6 +339,30 @@ def spinning_disc(spin: float, mu: float, law: str, **more: Any) -> dict[str, An
     return data
 
 
+@pytest.mark.parametrize(
+    ("start", "speed", "load"),
+    [((0.0, 0.0), (0.0, 0.0), ""), ((0.5, 0.5), (-1.0, -1.0), ""), ((0.5, 0.5), (-1.0, -2.0), ""),
+     ((0.5, 0.0), (-1.0, 0.0), ""), ((0.0, 0.0), (0.0, 0.0), "-(1 - 2*t)**2")],
+)  # fmt: skip
+def test_contacts_that_touch_without_a_force_stay_closed(start: Any, speed: Any, load: str) -> None:
+    """Two blocks without restitution; a load presses them less and less, then again."""
+    starts = [dict(zip(("wall", "slot"), values, strict=True)) for values in (start, speed)]
+    data = carriage(
+        (1.0, 2.0), ([0.0, 1.0], [0.0, 1.0]), (0.0, 0.0), start=starts[0], start_speed=starts[1]
+    )
+    if load:
+        data["loads"] = {"F": {"kind": "force", "point": "two.P", "value": [load, 0]}}
+    result = md.solve(from_dict(data), "m")
+    assert result.fault is None
+    assert len(result.time) < 50
+    kinds = [event["kind"] for event in result.events if event["kind"] != "impact"]
+    assert kinds == ["contact", "contact"]
+    for joint in result.joints.values():
+        assert joint.slide[-1] == pytest.approx(0, abs=1e-12)
+        pressed = (1 - 2 * result.time[-1]) ** 2 if load else 0.0
+        assert joint.contact_force[-1] == pytest.approx(pressed, abs=1e-11)
+
+
 @pytest.mark.parametrize("law", ["newton", "poisson"])
 @pytest.mark.parametrize("spin", [5.0, 40.0, -40.0])
 def test_a_spinning_disc_sticks_or_slides_in_an_impact(law: str, spin: float) -> None:

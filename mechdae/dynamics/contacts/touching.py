@@ -16,14 +16,14 @@ import numpy as np
 
 from mechdae.describe.joints.limits import with_gaps
 from mechdae.dynamics.contacts.gaps import BUSH
-from mechdae.dynamics.contacts.impacts import LAWS, RubbingImpacts, unique
+from mechdae.dynamics.contacts.hit import Hit
 from mechdae.dynamics.equations import DRIVERS, IMPACTS, MotionProblem
-from mechdae.dynamics.integrate import ContactEvent, Cut, Integrator, Nodes, NoWay
+from mechdae.dynamics.integrate import ContactEvent, Cut, Integrator, Nodes
 from mechdae.dynamics.output_values import States
 from mechdae.dynamics.watchers.zeros import Looker, Sign, Values, changes
 from mechdae.errors import InputError, MechanismError
 from mechdae.results import Event, LazyPart, motion_event
-from mechdae.types import Booleans, Floats, Integers, Matrix, Unknowns
+from mechdae.types import Booleans, Floats, Unknowns
 
 if TYPE_CHECKING:
     from mechdae.dynamics.unique import Determined
@@ -48,6 +48,11 @@ CROWD, NEAR = 200, 1e-12
 """Events of contacts in one instant, a share of the whole time, that end a motion."""
 OVER = 1.25
 """First step behind an impact over the time of the rebound."""
+NONE = 1e-13
+"""Share of the force that gives a natural acceleration up to which one is none."""
+FLAT = 1e-6
+"""Mobility of a contact, over the largest, that counts at least for natural forces."""
+TINY = 1e-300
 TURN = 2 * np.pi
 
 
@@ -66,6 +71,7 @@ class Touching:
         self.friction = [values.get(f"{c.owner}.friction", 0.0) for c in self.contacts]
         self.sizes = np.array([1.0 if c.unit == "rad" else setup.length for c in self.contacts])
         self.turns = self.shift = np.zeros(len(self.contacts))
+        self._inertia = np.zeros(len(self.contacts))
         self.law = setup.task.impact or "newton"
         self.found: list[Event] = []
         self.rebounds = np.zeros(len(self.contacts), int)
@@ -107,7 +113,7 @@ class Touching:
             if closed.any():
                 held = self.forces(t, x, v, signs)[1][:, closed]
                 self._strongest = max(self._strongest, float(np.abs(held).max(initial=0.0)))
-                found[:, closed] = held
+                found[:, closed] = held + self._none[closed]  # without force it stays closed
             return found
 
         return values
@@ -147,6 +153,12 @@ class Touching:
         _, state, which = first
         return Cut(state, touch=ContactEvent(state, which, bool(self.setup.closed[which])))
 
+    @property
+    def _none(self) -> Floats:
+        """Forces of contacts that are none, beside what would give natural accelerations."""
+        least: Floats = NONE * self._fast**2 * self._inertia
+        return least
+
     def _falls(self, state: Floats) -> Booleans:
         """Return which gaps close with a speed (contacts,) at a state."""
         t, x, v = (state[self.integrator.layout[part]] for part in "txv")
@@ -165,7 +177,8 @@ class Touching:
         """Return works, rates of x and inputs of friction at the start."""
         lay = self.integrator.layout
         self._check_redundant(x, v)
-        self._fast = self.integrator.frequency(v, self.integrator.acceleration(0.0, x, v, signs))
+        a = self.integrator.acceleration(0.0, x, v, signs)
+        self._fast = max(self.integrator.frequency(v, a), 1 / self.setup.end)
         self.turns = self.shift = self._whole_turns(self.gaps(0.0, x, v, signs)[0])
         gaps = self.gaps(0.0, x, v, signs)[0]
         for contact, gap, size in zip(self.contacts, gaps, self.sizes, strict=True):
@@ -270,7 +283,10 @@ class Touching:
         closed = self.setup.closed.copy()
         gaps = self.gaps(t, x, v, signs)[0]
         touching = np.flatnonzero((gaps <= TOUCHES * self.sizes) | (closed > 0))
-        hit = _Hit(self, t, x, v, touching)
+        hit = Hit(self, t, x, v, touching)
+        mobility = np.diag(hit.normal) / self.sizes[touching] ** 2
+        if (top := mobility.max(initial=0.0)) > 0:
+            self._inertia[touching] = 1 / self.sizes[touching] / np.maximum(mobility, FLAT * top)
         v = hit.struck(self.e[touching])
         low = dict[int, float]()
         for _ in range(len(touching) + 1):
@@ -332,7 +348,8 @@ class Touching:
         for _ in range(4 * 2 ** min(len(resting), 16)):
             rates, held = (part[0][resting] for part in self.forces(*at, setup.loose))
             self._strongest = max(self._strongest, float(np.abs(held).max(initial=0.0)))
-            pushes = held / self._strongest if self._strongest > 0 else held
+            strong = np.abs(held) > self._none[resting]
+            pushes = np.where(strong, held, 0.0) / max(self._strongest, TINY)
             margins = np.where(setup.closed[resting] > 0, pushes, rates / natural)
             wrong = np.flatnonzero(margins < -DOUBT)
             if not len(wrong):
@@ -340,7 +357,7 @@ class Touching:
             setup.closed[resting[wrong[0]]] = 1.0 - setup.closed[resting[wrong[0]]]
         return setup.closed, bool((margins > SURE * DOUBT).all())
 
-    def _taken(self, w: Floats, hit: _Hit) -> Floats:
+    def _taken(self, w: Floats, hit: Hit) -> Floats:
         """Return works with what impacts take, and what drivers put into them."""
         w, names = w.copy(), self.setup.works
         for contact, work in zip(hit.touching.tolist(), hit.works, strict=True):
@@ -349,7 +366,7 @@ class Touching:
             w[names.index(DRIVERS)] += hit.gained - float(np.sum(hit.works))
         return w
 
-    def _note(self, t: float, hit: _Hit, before: Floats, low: Mapping[int, float]) -> None:
+    def _note(self, t: float, hit: Hit, before: Floats, low: Mapping[int, float]) -> None:
         """Keep the events of an instant; rebounds that are left out would last for times `low`."""
         first = len(self.found)
         for j, i in enumerate(hit.touching.tolist()):
@@ -427,64 +444,3 @@ class Touching:
             found.setdefault(name, {})[gap_of] = nearest
             found[name][force_of] = pushed(force_of, ends, signs)
         return found
-
-
-class _Hit:
-    """An impact of contacts at a state: speeds before and after, impulses, works."""
-
-    def __init__(
-        self, touching: Touching, t: float, x: Unknowns, v: Floats, which: Integers
-    ) -> None:
-        self.owner, self.at, self.v, self.touching = touching, (t, x), v, which
-        setup, k = touching.setup, touching.kernel
-        M, _, J, _ = k.value("parts", t, x, v, setup.loose)
-        C, _, speeds = k.value("locking", t, x, v, setup.loose)
-        owners = setup.released.rubbing.owners
-        feedbacks = setup.released.rubbing.feedbacks
-        slip_of = {f.contact: k for k, f in zip(owners, feedbacks, strict=True) if k is not None}
-        self.n, self.rubs = len(which), np.flatnonzero([i in slip_of for i in which.tolist()])
-        tangents = [slip_of[i] for i in which[self.rubs].tolist()]
-        rows = np.concatenate([touching.count + which, np.array(tangents, int)])
-        Z = setup.freedoms(J) * k.sizes[:, None]
-        ahead = C[rows] @ Z
-        self.steps: Matrix = Z @ np.linalg.solve(Z.T @ M @ Z, ahead.T) if Z.size else Z @ ahead.T
-        self.G: Matrix = C[rows] @ self.steps
-        self.before: Floats = speeds.ravel()[rows]
-        self.after, self.impulses = self.before, np.zeros(len(rows))
-        self.unique = True
-
-    def struck(self, e: Floats) -> Floats:
-        """Return the rates of x behind the impact for restitutions (touching,)."""
-        n, law = self.n, self.owner.law
-        normal, before = self.G[:n, :n], self.before[:n]
-        if not (before < 0).any():
-            return self.v
-        self.impulses = LAWS[law](normal, before, e)
-        self.unique = unique(normal, before, e, before + normal @ self.impulses)
-        if len(self.rubs):
-            which = self.touching[self.rubs].tolist()
-            mu = np.array([self.owner.friction[i] for i in which])
-            ways = getattr(RubbingImpacts(self.G, self.rubs, mu), law)(self.before, e)
-            if not ways:
-                names = list(dict.fromkeys(self.owner.contacts[i].owner for i in which))
-                raise NoWay(f"no impact of {', '.join(names)} fits Coulomb's law", joints=names)
-            self.impulses, self.unique = ways[0], self.unique and len(ways) == 1
-        self.after = self.before + self.G @ self.impulses
-        return self.v + self.steps @ self.impulses
-
-    @property
-    def works(self) -> Floats:
-        """What impacts do to the energy, by contact (touching,)."""
-        every: Floats = self.impulses * (self.before + self.after) / 2
-        found = every[: self.n].copy()
-        found[self.rubs] += every[self.n :]
-        return found
-
-    @property
-    def gained(self) -> float:
-        """Kinetic energy behind the impact less that before."""
-        k, r = self.owner.kernel, self.owner.setup.released
-        kinetic = k.call("kinetic", lambda: k.function("kinetic", [ca.densify(r.kinetic)]))
-        loose = self.owner.setup.loose
-        now = self.v + self.steps @ self.impulses
-        return float((kinetic(*self.at, now, loose)[0] - kinetic(*self.at, self.v, loose)[0])[0])
