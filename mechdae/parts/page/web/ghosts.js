@@ -17,7 +17,7 @@ export class Ghosts {
     const key = JSON.stringify([theta, range, shown, beside && way.name, beside && way.held]);
     if (key === this.known) return;
     this.known = key;
-    this.k = way.k;
+    this.k = beside && way.k;
     for (const mode of this.data.modes) {
       const motion = this.motions.get(mode.label) || new Motion(this.data, this.code);
       this.motions.set(mode.label, motion);
