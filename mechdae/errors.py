@@ -27,6 +27,8 @@ from types import MappingProxyType
 
 CONTROL = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f]")
 """Letters that terminals obey, line ends and tabs aside."""
+STEPS = re.compile(r"[./]")
+"""What is between the words of names and of paths."""
 
 
 class MechdaeError(Exception):
@@ -247,15 +249,24 @@ def _again(
 def nearest(name: str, known: Iterable[str], count: int = 3) -> list[str]:
     """Return up to `count` known names that look like `name`, best first.
 
-    The last word of a name with a dot stands for it: ``P`` is near ``coupler.P``.
+    The last word of a name with a dot stands for it: ``P`` is near ``coupler.P``, and ``B.angle``
+    is near the path ``joints/B/angle``.
     """
     names = sorted(set(known))
     short = str(name)[:100]
     last = [entry for entry in names if entry.rpartition(".")[2].lower() == short.lower()]
     close = close_matches(short, names, count)
     part = [entry for entry in names if len(short) > 2 and short.lower() in entry.lower()]
-    found = list(dict.fromkeys([*last, *close, *part]))[:count]
+    words = STEPS.split(short.lower())
+    steps = [e for e in names if len(words) > 1 and _in_order(words, STEPS.split(e.lower()))]
+    found = list(dict.fromkeys([*last, *sorted(steps, key=len), *close, *part]))[:count]
     return found or (names if len(names) <= 6 else [])
+
+
+def _in_order(words: Iterable[str], steps: Iterable[str]) -> bool:
+    """Return whether words are among the steps of a path, one after the other."""
+    left = iter(steps)
+    return all(word in left for word in words)
 
 
 def close_matches(word: str, known: Iterable[str], count: int, cutoff: float = 0.6) -> list[str]:

@@ -94,10 +94,22 @@ def value_at(content: Mapping[str, object], whole: str, path: str) -> Any:
         if step not in known:
             known = {str(key): key for key in known}
             if step not in known:
-                raise UnknownName("path", path, known)
+                before = "/".join(whole.split("/")[: -len(steps)])
+                level = [f"{before}/{name}" if before else name for name in known]
+                raise UnknownName("path", path, level if before else [*level, *_paths(content)])
             step = known[step]
         here, steps = here[step], steps[count:]
     return plain(here)
+
+
+def _paths(content: Mapping[str, object]) -> list[str]:
+    """Return the paths of all series."""
+    kinds = {kind: parts for kind in KINDS if isinstance(parts := content.get(kind), Mapping)}
+    return [
+        f"{kind}/{part}/{name}"
+        for kind, parts in kinds.items() for part, series in parts.items()
+        for name in (series if isinstance(series, Mapping) else ())
+    ]  # fmt: skip
 
 
 def _is_list(value: object) -> bool:

@@ -295,6 +295,53 @@ def test_input_errors_of_a_task_are_in_the_units_of_the_file() -> None:
         md.solve(from_dict(data), "more", units="m")
 
 
+@pytest.mark.parametrize(
+    ("table", "key", "hint"),
+    [
+        ("joints.B", "clearance_inch", "did you mean clearance_in? units are _mm, _cm, _in, _ft"),
+        ("joints.B", "limits_degree", "did you mean limits_deg? units are _deg"),
+        ("joints.B", "backlash_angle_deg", "backlash_angle is a key of gear"),
+        ("joints.B", "betwen", "did you mean between?"),
+    ],
+)
+def test_unknown_keys_name_what_fits(table: str, key: str, hint: str) -> None:
+    data = four_bar(True)
+    part = data["joints"][table.partition(".")[2]]
+    part[key] = part.pop("between") if key == "betwen" else 1
+    with pytest.raises(UnknownName, match=f"unknown key '{key}'") as caught:
+        from_dict(data)
+    assert caught.value.where == table
+    assert caught.value.hint == hint
+
+
+def test_a_parameter_with_no_unit_is_named_where_it_lacks() -> None:
+    data = four_bar(True)
+    data["parameters"]["a_inch"] = data["parameters"].pop("a_in")
+    with pytest.raises(UnknownName, match="unknown name 'a'") as caught:
+        from_dict(data)
+    assert caught.value.hint.startswith("did you mean a_in?")
+
+
+@pytest.mark.parametrize(
+    ("path", "near"),
+    [
+        ("B.angle", "joints/B/angle"),
+        ("coupler.B", "points/coupler.B/position"),
+        ("bodies/coupler", "bodies/coupler/angle"),
+        ("summary/statu", "summary/status"),
+    ],
+)
+def test_unknown_paths_name_whole_ones(path: str, near: str) -> None:
+    problem = from_dict(four_bar(True))
+    for task in (
+        md.Sensitivity(of="turn", outputs=(path,), wrt=("a",)),
+        md.Study(of="turn", outputs=(path,), vary={"a": (0.05, 0.051, 2)}),
+    ):
+        with pytest.raises(UnknownName, match="unknown path") as caught:
+            md.solve(problem, task)
+        assert near in caught.value.hint, task.kind
+
+
 def test_loads_have_the_units_of_their_coordinate() -> None:
     data = four_bar(True)
     data["loads"]["brake"] = {"kind": "resistance", "coordinate": "rocker.angle", "positive_kN": 1}

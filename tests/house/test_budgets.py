@@ -8,10 +8,10 @@ from tests.shared.paths import ROOT
 
 PACKAGE = ROOT / "mechdae"
 BUDGETS = {
-    "describe": 13_860,  # rare kinds in modules of their own, which most problems do not import
+    "describe": 13_870,  # rare kinds in modules of their own, which most problems do not import
     "numerics": 4_640,
     "equations": 7_720,  # what is left out of a scene: rollers, second machines, plane and space
-    "results": 3_470,
+    "results": 3_480,
     "draw": 19_200,  # graphs of motions; texts are measured without matplotlib
     "kernels": 7_500,
     "motion": 23_370,  # poses of several drivers at the speed of one
@@ -23,9 +23,9 @@ BUDGETS = {
     "parts": 30_870,  # what a page teaches by
 }
 """Room -> most lines of its modules; some of them import what annotations name."""
-ALONE = 1106
+ALONE = 1117
 """Lines of the modules that stand alone: errors, docstrings, records, types, additions."""
-TOTAL = 145_450
+TOTAL = 145_500
 LONGEST = 500
 LONGER = {
     "describe/joints/spatial.py": 520,

@@ -10,10 +10,11 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Mapping
 from typing import Any
 
-from mechdae.describe.file.reading import keys_of, split_unit
+from mechdae.describe.file.reading import keys_of, split_unit, suffixes
 from mechdae.describe.file.units import written_units
+from mechdae.describe.kinds import JOINTS
 from mechdae.describe.tasks.kinds import TASKS
-from mechdae.describe.units import UNITS, nearest_suffixes, units_of
+from mechdae.describe.units import nearest_suffixes, units_of
 from mechdae.errors import MechdaeError, UnknownName, close_matches
 
 WHOLE = ("schema", "title", "source", "dimension", "frames", "gravity", "closure_tolerance")
@@ -35,6 +36,9 @@ def explain(data: Mapping[str, Any], error: MechdaeError) -> None:
     """Let an error be in the units of the file, and say of a key that its table is wrong."""
     units_of(written=written_units(None, {}, data)).say(error)
     place = error.where.split(".") if error.where else []
+    if isinstance(error, UnknownName) and "unknown name" in error.what:
+        hints = [unit_meant(key, [error.name]) for key in data.get("parameters", ())]
+        error.hint = next((hint for hint in hints if "did you mean" in hint), error.hint)
     if isinstance(error, UnknownName) and "unknown key" in error.what:
         key = error.name
     elif len(place) > 1:
@@ -49,9 +53,6 @@ def explain(data: Mapping[str, Any], error: MechdaeError) -> None:
         held = bool(place) and _is_table(data, place)
     if not held:
         return
-    if key == "between" and len(place) == 2 and key not in data[place[0]][place[1]]:
-        near = close_matches(key, data[place[0]][place[1]], 1)
-        error.hint = f"'{near[0]}' is no key: did you mean between?" if near else error.hint
     if key in WHOLE and key not in data:
         _say(error, key, [place])
     elif place[0] == "tasks" and len(place) > 2:
@@ -109,6 +110,10 @@ def unknown_key(key: str, known: Collection[str]) -> UnknownName:
     error = UnknownName("key", key, known)
     if not close_matches(key, known, 1, 0.9):
         error.hint = unit_meant(key, known) or error.hint
+    base = split_unit(key)[0]
+    if not error.hint:
+        owners = [kind for kind, joint in JOINTS.items() if base in keys_of(joint)]
+        error.hint = f"{base} is a key of {' and '.join(owners)}" if owners else ""
     return error
 
 
@@ -122,8 +127,10 @@ def unit_meant(key: str, known: Iterable[str]) -> str:
     if not bases:
         return ""
     base = max(bases, key=len)
-    meant = [f"{base}{suffix}" for suffix in nearest_suffixes(key[len(base) :])]
+    about = getattr(known[base], "metadata", {}) if isinstance(known, Mapping) else {}
+    fitting = suffixes(about.get("unit"))
+    meant = [f"{base}{end}" for end in nearest_suffixes(key[len(base) :]) if end in fitting]
     if not {*close_matches(key, [*(names - {base}), *meant], 1)} <= {*meant}:
         return ""
     advice = f"did you mean {' or '.join(meant)}? " if meant else ""
-    return advice + f"units are {', '.join(UNITS)}"
+    return advice + f"units are {', '.join(fitting)}" if fitting else advice

@@ -5,11 +5,14 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import fields, replace
+from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from mechdae.describe.file.problem import Expected, Problem
 from mechdae.describe.file.reading import (
+    HINTS,
     chosen,
+    keys_of,
     plain,
     read,
     split_known,
@@ -189,7 +192,10 @@ def _read_joint(name: str, table: object, dimension: int) -> Joint:
                 where=f"{place}.{entry}",
                 hint=f"{entry}_deg = 0, an angle in the plane; in space dimension = 3 at the top",
             )
-    between = rest.pop("between", None)
+    between, known = rest.pop("between", None), keys_of(kind)
+    for entry in rest if between is None else ():
+        if split_known(entry, known)[0] not in known:
+            raise import_module(HINTS).unknown_key(entry, [*known, "between"]).inside(place)
     if not isinstance(between, list) or len(between) != 2:
         raise InputError(
             'between = ["body.point", "body.point"] is needed', where=f"{place}.between"

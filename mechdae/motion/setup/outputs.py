@@ -202,13 +202,12 @@ class Outputs:
         part, _, quantity = tail.rpartition("/")
         entries = [e for e in self.entries if e.kind == head and e.name not in ("guide", "value")]
         of_part = [entry for entry in entries if entry.part == part]
-        if not of_part:
-            raise UnknownName("path", path, [f"{head}/{entry.part}" for entry in entries])
         for entry in of_part:
             names = self._names(entry)
             if quantity in names and entry.name not in TURNS:
                 return names.index(quantity), entry.columns
-        known = [f"{head}/{part}/{name}" for entry in of_part for name in self._names(entry)]
+        named = of_part or entries
+        known = [f"{head}/{entry.part}/{name}" for entry in named for name in self._names(entry)]
         raise UnknownName("path", path, known)
 
     def named(self, values: list[Floats], extra: Tables | None = None) -> dict[str, Named]:
