@@ -10,7 +10,7 @@ import pytest
 
 import mechdae as md
 from mechdae.parts.page import link
-from tests.shared.browser import CHROMIUM, loaded, until
+from tests.shared.browser import CHROMIUM, covered, loaded, until
 
 pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="no Chromium on this machine")
 
@@ -269,6 +269,7 @@ def test_a_plan_of_space_turns_with_the_view(opened):
     """Arrows of the plan are as long as velocities are seen: from above and from the left."""
     page = opened("rssr", **SCREEN)
     page.click("#tab-plans")
+    assert covered(page) == []
     page.locator("#plans select").select_option("1")
     points = md.solve("rssr").points
     speeds = {name[-1]: np.asarray(points[name].velocity)[0] for name in ("crank.B", "rocker.C")}

@@ -9,7 +9,7 @@ import pytest
 
 import mechdae as md
 from mechdae.draw.space.viewpoint import Viewpoint
-from tests.shared.browser import CHROMIUM, loaded
+from tests.shared.browser import CHROMIUM, covered, loaded
 from tests.shared.live import WEB, in_page
 from tests.shared.node import needs_node, run_script
 
@@ -165,4 +165,6 @@ def test_long_names_stay_in_the_picture(name, browser, tmp_path):
         page.locator("#drive input[type=range]").fill(str(share))
         for label, left, right in page.evaluate(INK):
             assert min(left, right) >= 0, (label, share)
+        page.click("#tab-plans")
+        assert covered(page) == [], share
     page.close()

@@ -33,6 +33,27 @@ def loaded(page, file, fragment=""):
     page.evaluate("mechdae.ready")
 
 
+PLANS = """() => [...document.querySelectorAll("#plans .plan")].map((svg) => {
+  const sheet = svg.getBoundingClientRect();
+  return [...svg.querySelectorAll("text")].map((own) => {
+    const { left, right, top, bottom } = own.getBoundingClientRect();
+    return [own.textContent, left - sheet.left, top - sheet.top, right - sheet.left, bottom - sheet.top];
+  });
+})"""
+
+
+def covered(page, least=3.0):
+    """Return the pairs of texts of the plans shown that lie on each other [px]."""
+    found = []
+    for texts in page.evaluate(PLANS):
+        for k, (name, *box) in enumerate(texts):
+            for further, *other in texts[:k]:
+                wide, high = (min(box[i + 2], other[i + 2]) - max(box[i], other[i]) for i in (0, 1))
+                if wide > least and high > least:
+                    found.append((name, further, wide, high))
+    return found
+
+
 @pytest.fixture(scope="module")
 def browser():
     playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")

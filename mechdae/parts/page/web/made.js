@@ -21,10 +21,11 @@ const below = (index) => [...index].map((digit) => String.fromCharCode(0x2080 + 
 /** A letter that is an index itself: A3 for A_3. */
 export const indexed = (letter) => letter.replace(/(\d)_(?=\d)/g, "$1,").replace(/_(?=\d)/g, "");
 
-/** A symbol with indices: low, high. */
+/** A symbol with indices: low, high; dots of rates are above the letter. */
 export function symbol([letter, low, high = ""]) {
   const marks = [...(high ? [made("sup", {}, high)] : []), ...(low ? [made("sub", {}, indexed(low))] : [])];
-  return made("span", { class: "symbol" }, made("var", {}, letter), ...(marks.length > 1 ? [made("span", { class: "marks" }, ...marks)] : marks));
+  const rate = ["\u0307", "\u0308"].indexOf(letter[1]), above = rate < 0 ? [] : [made("span", { class: "dots" }, "\u02d9\u00a8"[rate])];
+  return made("span", { class: "symbol" }, made("var", {}, rate < 0 ? letter : letter[0], ...above), ...(marks.length > 1 ? [made("span", { class: "marks" }, ...marks)] : marks));
 }
 
 /** A number of a form: a comma stands for a point too. */

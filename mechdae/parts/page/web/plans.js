@@ -5,10 +5,13 @@ import { find, indexed, made, written } from "./made.js";
 import { words } from "./words.js";
 import { digits, displayed } from "./units.js";
 
-/** How far letters are from their ends [px]; ends so near have one text, with so many letters; names of arrows nearer than this to another one are left out, farther ones too where there are many. */
-const APART = 13, MERGED = 9, NAMED = 4, CLEAR = [8, 26], MOST_ARROWS = 16;
-/** Width of a letter of an index [px]. */
-const SMALL = 4.8;
+/** Ends so near have one text, with so many letters; shorter arrows have no name; more arrows than this only where their names cover few places of lines. */
+const MERGED = 9, NAMED = 4, SHORTEST = 26, MOST_ARROWS = 16, COVERS = 2;
+/** Width of a letter of an index, and of one of an end; half the height of a text and the room beside it [px]. */
+const SMALL = 4.8, WIDE = 6.6, HIGH = 8, NEXT_TO = 5;
+/** Lines are told by places so far apart [px]; what it costs to cover a text, or to be cut off. */
+const DENSE = 6, COVERED = 40, CUT = 100;
+const AROUND = [0, 1, -1, 2, -2, 3, -3, 4];
 
 export class Plans {
   /** @param {any} app @param {() => void} redraw */
@@ -60,6 +63,12 @@ function merged(ends) {
   return found.map(({ at, texts }) => ({ at, text: texts.length > NAMED ? `${texts.slice(0, NAMED).join(", ")} …` : texts.join(", ") }));
 }
 
+/** Places on a line from its start to its end. */
+function dotted([a, b]) {
+  const count = Math.ceil(Math.hypot(b[0] - a[0], b[1] - a[1]) / DENSE) || 1;
+  return Array.from({ length: count + 1 }, (_, k) => [0, 1].map((i) => a[i] + (k / count) * (b[i] - a[i])));
+}
+
 /** Draw a plan to the largest scale of 1, 2, 2.5, 4, 5 that fits. */
 export function drawPlan(svg, plan, title) {
   svg.replaceChildren();
@@ -80,26 +89,36 @@ export function drawPlan(svg, plan, title) {
     const [[x1, y1], [x2, y2]] = [at(a), at(b)];
     element("line", { x1, y1, x2, y2, class: "image" }, svg);
   }
-  const taken = ends.map(({ at: place }) => at(place));
-  for (const { id, from, to, kind, letter } of arrows) {
-    const [a, b] = [at(from), at(to)], size = Math.hypot(b[0] - a[0], b[1] - a[1]);
-    if (!(size > 1)) continue;
-    const group = lightable(element("g", { class: `vector ${kind}` }, svg), id);
-    arrow(group, a, [b[0] - a[0], b[1] - a[1]], size, "");
-    if (!letter || size < 26) continue;
-    const [dx, dy] = [(b[1] - a[1]) / size, (a[0] - b[0]) / size], [mx, my] = [(a[0] + b[0]) / 2, (a[1] + b[1]) / 2];
-    const spots = [[0, 1], [0, -1], [0.22, 1], [0.22, -1], [-0.22, 1], [-0.22, -1]].map(([t, side]) => [mx + t * (b[0] - a[0]) + 14 * side * dx, my + t * (b[1] - a[1]) + 14 * side * dy]);
-    const room = (spot) => Math.min(99, ...taken.map(([x, y]) => Math.hypot(x - spot[0], 1.5 * (y - spot[1]))));
-    const best = spots.reduce((one, two) => (room(two) > room(one) + 6 ? two : one));
-    if (room(best) < CLEAR[Number(arrows.length > MOST_ARROWS)]) continue; // the table names it, lit
-    taken.push(best);
-    letterIn(group, best[0], best[1] + 4, letter);
-  }
+  const shown = arrows.map((own) => ({ ...own, ends: [at(own.from), at(own.to)] })).filter(({ ends: [a, b] }) => Math.hypot(b[0] - a[0], b[1] - a[1]) > 1);
+  const covered = [...shown.map((own) => own.ends), ...lines.map((own) => own.map(at))].flatMap(dotted), boxes = [[45, 9, 45], [60, height - 10, 60]];
+  /** Where a text covers least, the first of the best places, which it takes; undefined where that costs more than `most`. */
+  const placed = (places, wide, most = Infinity) => {
+    const cost = ([x, y], k) => 0.05 * k + covered.filter(([u, v]) => Math.abs(u - x) < wide / 2 && Math.abs(v - y) < HIGH).length
+      + COVERED * boxes.filter(([u, v, half]) => Math.abs(u - x) < wide / 2 + half && Math.abs(v - y) < 2 * HIGH).length
+      + CUT * Number(Math.abs(x - width / 2) > (width - wide) / 2 || Math.abs(y - height / 2) > height / 2 - HIGH);
+    const costs = places.map(cost), least = Math.min(...costs);
+    if (least > most) return undefined;
+    const [x, y] = places[costs.indexOf(least)];
+    boxes.push([x, y, wide / 2]);
+    return [x, y + 4];
+  };
   const middle = at([(left + right) / 2, (low + high) / 2]);
   for (const { text, at: [x, y] } of merged(ends.map((own) => ({ ...own, at: at(own.at) })))) {
-    const far = Math.hypot(x - middle[0], y - middle[1]) || 1;
-    element("text", { x: (x + (APART * (x - middle[0])) / far).toFixed(1), y: (y + (APART * (y - middle[1])) / far + 4).toFixed(1), class: "end" }, svg).textContent = written(text);
+    const label = written(text), wide = WIDE * label.length, away = Math.atan2(y - middle[1], x - middle[0]);
+    const places = [1, 2.2].flatMap((far) => AROUND.map((turn) => away + (turn * Math.PI) / 4).map((turn) => [x + Math.cos(turn) * far * (NEXT_TO + wide / 2), y + Math.sin(turn) * far * (NEXT_TO + HIGH)]));
+    const [u, v] = placed(places, wide);
+    element("text", { x: u.toFixed(1), y: v.toFixed(1), class: "end" }, svg).textContent = label;
     element("circle", { cx: x, cy: y, r: 1.6, class: "end-dot" }, svg);
+  }
+  for (const { id, ends: [a, b], kind, letter } of shown) {
+    const way = [b[0] - a[0], b[1] - a[1]], size = Math.hypot(...way), group = lightable(element("g", { class: `vector ${kind}` }, svg), id);
+    arrow(group, a, way, size, "");
+    if (!letter || size < SHORTEST) continue;
+    const wide = 2 * SMALL * (1 + 0.5 * Math.max(letter[1].length, letter[2].length)), [dx, dy] = [way[1] / size, -way[0] / size];
+    const off = Math.abs(dx) * (wide / 2) + Math.abs(dy) * HIGH + NEXT_TO;
+    const places = [0, 0.22, -0.22, 0.36, -0.36].flatMap((t) => [1, -1].map((side) => [0, 1].map((k) => (a[k] + b[k]) / 2 + t * way[k] + side * off * [dx, dy][k])));
+    const spot = placed(places, wide, arrows.length > MOST_ARROWS ? COVERS : COVERED / 2); // the table names it, lit
+    if (spot) letterIn(group, ...spot, letter);
   }
   const [factor, name] = displayed(unit);
   note(`50 px = ${digits((50 / scale) * factor, 4)} ${name}`, height - 6);
