@@ -27,7 +27,7 @@ from mechdae.draw.diagram.diagram import has_paths
 from mechdae.draw.diagram.loads import peak_force
 from mechdae.draw.diagram.scene import longest_run
 from mechdae.draw.figure import figure_of, new_axes
-from mechdae.draw.fragments import steady
+from mechdae.draw.fragments import steady_labels
 from mechdae.draw.labels.steady import compared
 from mechdae.draw.poses import Eye, seen
 from mechdae.draw.primitives import Primitive, path_of
@@ -141,7 +141,8 @@ class Animation:
             subtitle=self.subtitle,
         )  # fmt: skip
         if self.labels:
-            view = replace(view, steady=steady(shown, compared(poses, poses[0]), view, words))
+            labels = steady_labels(shown, compared(poses, poses[0]), view, words)[2]
+            view = replace(view, steady=labels)
         for pose in poses:
             yield shown.draw(new_axes(theme) if axes else None, view, theme, words, pose)
 

@@ -16,39 +16,31 @@ import numpy as np
 
 from mechdae.describe.joints.curve import follows_curve
 from mechdae.describe.joints.joint import Joint
-from mechdae.describe.loads import Force, Resistance, Spring
 from mechdae.draw import style
 from mechdae.draw.diagram import symbols
-from mechdae.draw.diagram.amounts import load_values, pushing
-from mechdae.draw.diagram.diagram import View, common_extent, draw_scene, extent
+from mechdae.draw.diagram.diagram import DrawnPose, View, extent
 from mechdae.draw.diagram.driver import SPAN
 from mechdae.draw.diagram.guides import travel
-from mechdae.draw.diagram.loads import Mark, coordinate_of, peak_force
+from mechdae.draw.diagram.loads import GRAVITY, Mark, peak_force
+from mechdae.draw.diagram.places import PlacedScene
 from mechdae.draw.diagram.scene import DrawnScene
 from mechdae.draw.diagram.wheels import rack_span, rack_travel
-from mechdae.draw.labels.labels import Links, Writing, writings
+from mechdae.draw.labels.labels import Links, Writing
 from mechdae.draw.labels.steady import AnchorFrame, SteadyLabels, chosen_labels, compared
+from mechdae.draw.load_states import load_states
 from mechdae.draw.poses import Seen, seen
 from mechdae.draw.primitives import PAPER, Anchor, Array, Primitive, path_of
 from mechdae.draw.sheet import Sheet, arc
 from mechdae.draw.space.solids import Item
-from mechdae.draw.space.spatial_drawing import (
-    SpatialFrame,
-    SpatialView,
-    items_of,
-    steady_in_space,
-)
-from mechdae.draw.space.spatial_loads import SpatialLoads
-from mechdae.draw.space.spatial_pose import SpatialPose
-from mechdae.draw.space.spatial_scene import SpatialScene
+from mechdae.draw.space.spatial_drawing import SpatialFrame, SpatialView, spatial_anchors
+from mechdae.draw.space.spatial_drivers import with_head
+from mechdae.draw.space.spatial_pose import SpatialPose, anchored
 from mechdae.draw.words import Words
 from mechdae.types import Json
 
 if TYPE_CHECKING:
     from mechdae.results import SweepResult
 
-STATES = 60
-"""Poses of which it is told how loads act."""
 LENGTH = 60.0
 """Of spans that are templates."""
 NAMES = {
@@ -75,87 +67,99 @@ def fragments(result: SweepResult, shares: Array, lang: str = "en") -> tuple[Jso
         shown.view, bounds=shown.bounds(some, True), peak=peak_force(shown.scene, result, some),
         memory={}, larger=style.PAGE,
     )  # fmt: skip
+    sheet, drawn, labels = steady_labels(shown, some, view, Words(lang))
     if isinstance(view, SpatialView):
-        space, drawing = _in_space(shown, view, some, shares, Words(lang))
+        space, drawing = _in_space(shown, view, known, sheet, drawn, labels, shares)
     else:
-        space, drawing = {}, _in_plane(shown, view, known, some, shares, Words(lang))
+        space, drawing = _in_plane(shown, view, known, sheet, drawn, labels, shares)
     return space, drawing | {"traces": list(shown.scene.paths)}
 
 
 def _in_plane(
-    shown: Seen, view: View, known: Sequence[int], some: Sequence[int], shares: Array, words: Words
-) -> Json:
+    shown: Seen, view: View, known: Sequence[int], sheet: Sheet, drawn: DrawnPose,
+    labels: SteadyLabels, shares: Array,
+) -> tuple[Json, Json]:  # fmt: skip
+    """Return nothing, for it is seen from above, and the scene as fragments."""
     scene, result, pose = shown.scene, shown.result, shown.pose
     assert view.bounds is not None
-    sheet, marks, labels = steady_labels(scene, result, some, view, words)
     order = sorted(known, key=lambda k: shares[k])
-    loads = _loads(sheet, scene, result, pose, order, view.peak or 1.0)
-    # sizes that change are not written
-    changing = {
-        name for name, load in loads.items() if any(row != [0, 1, 1] for row in load["rows"])
-    }
-    marks = [replace(mark, text=mark.name) if mark.name in changing else mark for mark in marks]
-    labels = _beside(labels, sheet, pose, loads)
-    labels.write(sheet, pose, marks, shares)
+
+    def ends_of(gid: str) -> Array | None:
+        for shaft, head in pairwise(sheet.drawn):
+            if shaft.gid == gid and shaft.kind == "line":
+                frame = FragmentFrame(sheet, scene, pose, shaft.anchor)
+                return frame.local(np.array([shaft.points[0], head.points[0]]))
+        return None
+
+    loads = load_states(scene, result, pose, order, view.peak or 1.0, ends_of)
+    _beside(labels, sheet, pose, loads).write(sheet, pose, _texts(drawn.marks, loads), shares)
     writer = FragmentWriter(sheet, lambda anchor: FragmentFrame(sheet, scene, pose, anchor))
     reach = {
         joint.name: _reach(scene, joint, pose, view.bounds[2])
         for joint in scene.joints(pose)
         if joint.straight or joint.wheels == 1
     }
-    return {"parts": list(writer.parts()), "reach": reach, "loads": loads}
+    return {}, {"parts": list(writer.parts()), "reach": reach, "loads": loads}
 
 
 def _in_space(
-    shown: Seen, view: SpatialView, some: Sequence[int], shares: Array, words: Words
-) -> tuple[Json, Json]:
-    scene, result, index, eye = shown.scene, shown.result, shown.pose, view.viewpoint
-    assert view.bounds is not None
-    sheet, labels = steady_in_space(scene, result, some, view, words)
-    paper = Sheet(None, *view.bounds[:2], larger=style.PAGE)
-    pose, items, _ = items_of(paper, scene, result, index, view)
-    loads = SpatialLoads(pose, result, words, view.peak)
-    arrows = [arrow for arrow in loads.arrows() if _steady(scene, result, str(arrow.gid), some)]
-    drawn = {arrow.gid for arrow in arrows}
-    sheet.drawn.clear()
-    marks = [mark for mark in loads.marks if f"load-{mark.name}" in drawn]
-    labels.write(sheet, index, marks, shares)
-    writer = FragmentWriter(sheet, lambda body: SpatialFrame(sheet, pose, body))
+    shown: Seen, view: SpatialView, known: Sequence[int], sheet: Sheet, drawn: DrawnPose,
+    labels: SteadyLabels, shares: Array,
+) -> tuple[Json, Json]:  # fmt: skip
+    """Return from where it is seen, and the scene: solids, labels, springs and masses."""
+    scene, index, eye = shown.scene, shown.pose, view.viewpoint
+    pose = view.pose(sheet, scene, index)
+    sheet.drawn[:] = [shape for shape in sheet.drawn if shape.anchor.points]  # not the items
+    solids = list(_solids(_with_gravity(drawn, pose), pose))
+    order = sorted(known, key=lambda k: shares[k])
+    ends = partial(_ends, solids)
+    loads = load_states(scene, shown.result, index, order, view.peak or 1.0, ends)
+    labels.write(sheet, index, _texts(drawn.marks, loads), shares)
+    writer = FragmentWriter(sheet, partial(SpatialFrame, view, sheet, scene, index))
     drawing = {
-        "solids": list(_solids(items + arrows, pose)),
+        "solids": solids,
         "along": {name: [*row[:2], row[2].tolist(), row[3]] for name, row in pose.along.items()},
-        "parts": list(writer.parts(style.Z_LABEL)),
+        "parts": list(writer.parts()),
+        "loads": loads,
     }
     space = {"azimuth": eye.azimuth, "elevation": eye.elevation, "up": list(eye.upward)}
     return {"space": space}, drawing
 
 
+def _texts(marks: Sequence[Mark], loads: Json) -> list[Mark]:
+    """Return what is written at loads: no sizes that change."""
+    changing = {
+        name for name, load in loads.items() if any(row[-2:] != [1, 1] for row in load["rows"])
+    }
+    return [replace(mark, text=mark.name) if mark.name in changing else mark for mark in marks]
+
+
 def steady_labels(
-    scene: DrawnScene, result: SweepResult, poses: Sequence[int], view: View, words: Words
-) -> tuple[Sheet, list[Mark], SteadyLabels]:
-    """Return the first pose without labels, its loads, and labels with places for all poses."""
-    low, high, _ = view.bounds or common_extent(scene, poses, view.traces)
-    sheets = [Sheet(None, low, high, memory=view.memory, larger=view.larger) for _ in poses]
+    shown: Seen, poses: Sequence[int], view: View, words: Words
+) -> tuple[Sheet, DrawnPose, SteadyLabels]:
+    """Return the first pose without labels, what is drawn, and labels with places for all poses."""
+    scene, larger = shown.scene, view.larger
+    low, high, _ = view.bounds or view.room(scene, poses, view.traces)
+    sheets = [Sheet(None, low, high, memory=view.memory, larger=larger) for _ in poses]
     drawn = [
-        draw_scene(sheet, scene, result, k, view, words)
+        view.draw(sheet, scene, shown.result, k, words, ordered=False)
         for sheet, k in zip(sheets, poses, strict=True)
     ]
-    places = zip(sheets, poses, drawn, strict=True)
-    labels = chosen_labels(
-        sheets,
-        poses,
-        [writings(sheet, scene, k, *parts) for sheet, k, parts in places],
-        lambda label: anchors_of(scene, label, sheets[0], poses[0], drawn[0][1]),
-        lambda sheet, k, anchor: FragmentFrame(sheet, scene, k, anchor),
-    )
-    return sheets[0], drawn[0][2], labels
+    first, frame_of = drawn[0], partial(_frame, view, scene)
+
+    def anchors(label: Writing) -> list[Anchor]:
+        if isinstance(view, SpatialView):
+            return spatial_anchors(scene, label, poses[0], first.items, view.moved)
+        return anchors_of(scene, label, sheets[0], poses[0], first.links)
+
+    rows = [each.texts for each in drawn]
+    return sheets[0], first, chosen_labels(sheets, poses, rows, anchors, frame_of)
 
 
-def steady(shown: Seen, poses: Sequence[int], view: View, words: Words) -> SteadyLabels:
-    """Return labels with places for all poses."""
+def _frame(view: View, scene: PlacedScene, sheet: Sheet, pose: int, anchor: Anchor) -> AnchorFrame:
     if isinstance(view, SpatialView):
-        return steady_in_space(shown.scene, shown.result, poses, view, words)[1]
-    return steady_labels(shown.scene, shown.result, poses, view, words)[2]
+        return SpatialFrame(view, sheet, scene, pose, anchor)
+    return FragmentFrame(sheet, scene, pose, anchor)
 
 
 def anchors_of(
@@ -191,50 +195,25 @@ def _reach(scene: DrawnScene, joint: Joint, pose: int, size: float) -> list[floa
     return [float(np.nanmin(along)), float(np.nanmax(along))]
 
 
-def _loads(
-    sheet: Sheet,
-    scene: DrawnScene,
-    result: SweepResult,
-    pose: int,
-    known: Sequence[int],
-    peak: float,
-) -> Json:
-    """Return by load how its arrow differs from that drawn, ``known`` being along the way.
+def _ends(solids: Sequence[Json], gid: str) -> Array | None:
+    """Return start and tip of an arrow in the frame that it turns with."""
+    shapes = [shape for part in solids if part["id"] == gid for shape in part["shapes"]]
+    ways = {kind: np.reshape(row, (-1, 3)) for kind, _, _, row in reversed(shapes)}
+    return np.array([ways["line"][0], ways["head"][1]]) if {"line", "head"} <= set(ways) else None
 
-    ``rows``: angle [rad], share, -1 where it is turned round. ``back``: the angle and the sign
-    across by which it is turned round. ``sense``: of the arrow drawn, along the coordinate.
-    ``about``: the place in its frame that stays. ``along``: whether it is along a coordinate.
-    """
-    found: Json = {}
-    picks = [known[k] for k in np.linspace(0, len(known) - 1, STATES).round().astype(int)]
-    for load in scene.mechanism.loads.values():
-        if isinstance(load, Spring):
-            continue
-        values = np.zeros(len(picks) + 1, dtype=complex)
-        for i, k in enumerate((pose, *picks)):
-            row = load_values(scene, result, load, k) or (1.0,)
-            sign = 1.0
-            if isinstance(load, Resistance):
-                sign = pushing(scene, result, load, k)
-            values[i] = complex(*row) if isinstance(load, Force) else sign * row[0]
-        sizes = np.maximum(style.PULL[0], style.PULL[1] * np.abs(values) / peak)
-        sizes *= values != 0
-        ways = np.where(values.real < 0, -1.0, 1.0)
-        turns, back, about = np.zeros(len(values)), [np.pi, 1.0], np.zeros(2)
-        if isinstance(load, Force):
-            turns, ways = np.angle(values) - np.angle(values[0]), np.abs(ways)
-        else:
-            about = _middle(sheet, scene, pose, f"load-{load.name}")
-            if coordinate_of(scene, load).is_angle:
-                back, about = [2.0 * float(np.arctan2(about[1], about[0])), -1.0], np.zeros(2)
-        shares = sizes / (sizes[0] or style.PULL[0])
-        rows = np.column_stack([turns, shares, ways * ways[0]])[1:].round(3)
-        if isinstance(load, Resistance) or (rows != (0.0, 1.0, 1.0)).any():
-            found[load.name] = {
-                "rows": rows.tolist(), "back": back, "sense": ways[0],
-                "about": _corner(0.0, about)[1:], "along": not isinstance(load, Force),
-            }  # fmt: skip
-    return found
+
+def _with_gravity(drawn: DrawnPose, pose: SpatialPose) -> list[Item]:
+    """Return what is drawn in space, with the arrow of gravity as one that turns with the view."""
+    items: list[Item] = [*drawn.items]
+    pull = np.array([pose.scene.numbers.get(f"gravity.{axis}", 0.0) for axis in "xyz"])
+    for mark in drawn.marks:
+        if mark.name == "gravity":
+            middle = np.mean(mark.lines[0], axis=0)
+            ways = np.linspace(-0.5, 0.5, 11)[:, None] * GRAVITY * pull / np.linalg.norm(pull)
+            points = np.array([*middle, 0.0]) + pose.view.seen(ways)
+            held = Anchor(spot=(float(middle[0]), float(middle[1])))
+            items += anchored(with_head(points, "gravity", style.FAINT), held)
+    return items
 
 
 def _beside(labels: SteadyLabels, sheet: Sheet, pose: int, loads: Json) -> SteadyLabels:
@@ -244,23 +223,13 @@ def _beside(labels: SteadyLabels, sheet: Sheet, pose: int, loads: Json) -> Stead
         load = loads.get(label.gid.partition("load-")[2])
         if load and load["along"]:
             ways = ways[[np.abs(ways[:, 0] - pose).argmin()]]
-            if load["back"][1] < 0:
+            if "across" in load:
                 spot = labels.frame_of(sheet, pose, anchor).placed(ways[:, 1:])
                 anchor = Anchor(anchor.points)
                 local = labels.frame_of(sheet, pose, anchor).local(spot)
                 ways = np.column_stack([ways[:, :1], local])
         rows.append((label, anchor, ways))
     return replace(labels, labels=tuple(rows))
-
-
-def _middle(sheet: Sheet, scene: DrawnScene, pose: int, gid: str) -> Array:
-    """Return the middle between the ends of an arrow in the frame it is drawn in, (2,)."""
-    for shaft, head in pairwise(sheet.drawn):
-        if shaft.gid == gid:
-            frame = FragmentFrame(sheet, scene, pose, shaft.anchor)
-            ends = frame.local(np.array([shaft.points[0], head.points[0]]))
-            return np.asarray(ends.mean(axis=0))
-    return np.zeros(2)
 
 
 # -- SVG -----------------------------------------------------------------------------------------
@@ -275,9 +244,6 @@ class FragmentFrame(AnchorFrame):
 
     def angle(self, turn: str) -> float:
         """Return the angle [rad] of the frame that ways are told in."""
-        if ">" in turn:
-            a, b = (self.base(point) for point in turn.split(">"))
-            return float(np.arctan2(*(b - a)[::-1]))
         name, _, kind = turn.partition("/")
         if not kind:
             return super().angle(name)
@@ -453,14 +419,7 @@ def templates() -> Json:
     }
 
 
-def _steady(scene: SpatialScene, result: SweepResult, gid: str, poses: Sequence[int]) -> bool:
-    """Return whether an arrow is the same in all poses, seen from what it turns with."""
-    load = scene.mechanism.loads[gid.removeprefix("load-")]
-    rows = [load_values(scene, result, load, k) for k in poses]
-    return not isinstance(load, Resistance) and all(row == rows[0] for row in rows)
-
-
-def _solids(items: list[Item], pose: SpatialPose) -> Iterator[Json]:
+def _solids(items: Sequence[Item], pose: SpatialPose) -> Iterator[Json]:
     """Yield what is drawn of items: ``at`` the places, ``turn`` what it turns with, ``shapes``.
 
     A shape is a kind (`mechdae.draw.space.solids.Facet`), a paint, a size and the ways of its
@@ -469,12 +428,17 @@ def _solids(items: list[Item], pose: SpatialPose) -> Iterator[Json]:
     for item in items:
         anchor = item.anchor
         bases = np.array([pose.at(pose.base(name)) for name in anchor.points])
+        paper = np.array([*(anchor.spot or (0.0, 0.0)), 0.0])
+        bases = bases if anchor.points else paper[None]
         turn = pose.view.basis @ pose.turned(anchor.turn)
         part: Json = {"id": item.gid or "", "at": list(anchor.points), "turn": anchor.turn}
         if item.is_face or (item.bridges and not item.closed):
             part["owner"] = item.owner
         if anchor.grow:
             part["grow"] = [anchor.grow, round(_length(anchor, pose), 6)]
+        if not anchor.points:  # of the paper the nearest corner, and how far from there
+            far = paper[:2] > pose.sheet.size / 2
+            part["paper"] = [*far.tolist(), *(paper[:2] - far * pose.sheet.size).round(2).tolist()]
         part["shapes"] = []
         for facet in item.parts:
             each = len(bases) == len(facet.points)

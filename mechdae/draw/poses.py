@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Any
 from mechdae.draw import style
 from mechdae.draw.diagram.diagram import (
     View,
-    common_extent,
     draw_pose,
     has_paths,
     larger_for,
     on_axes,
 )
+from mechdae.draw.diagram.places import PlacedScene
 from mechdae.draw.diagram.scene import Array, choose_pose, read_scene
 from mechdae.draw.sheet import Sheet
 from mechdae.draw.smooth import traced
@@ -45,7 +45,7 @@ class Seen:
     """
 
     result: Any
-    scene: Any
+    scene: PlacedScene
     pose: int
     view: View
 
@@ -55,20 +55,11 @@ class Seen:
 
     def with_paths(self) -> Seen:
         """Return it with paths of poses near each other."""
-        if not self.in_space:
-            return replace(self, scene=traced(self.scene, self.result, read_scene))
-        from mechdae.draw.space.spatial_scene import read_spatial
-
-        return replace(self, scene=traced(self.scene, self.result, read_spatial))
+        return replace(self, scene=traced(self.scene, self.result, read_placed))
 
     def bounds(self, poses: Sequence[int], paths: bool) -> tuple[Array, Array, float]:
         """Return the corners [m] of what is in the pictures of poses, and the mechanism's size."""
-        if not self.in_space:
-            return common_extent(self.scene, poses, paths)
-        from mechdae.draw.space.spatial_drawing import SpatialView, extent
-
-        assert isinstance(self.view, SpatialView)
-        return extent(self.scene, poses, self.view.viewpoint, self.view.moved, paths)
+        return self.view.room(self.scene, poses, paths)
 
     def draw(
         self, axes: Axes | None, view: View, theme: style.Theme, words: Words,
@@ -76,12 +67,16 @@ class Seen:
     ) -> Sheet:  # fmt: skip
         """Draw a pose and return its sheet."""
         index = self.pose if pose is None else pose
-        if not self.in_space:
-            return draw_pose(axes, self.scene, self.result, index, view, theme, words)
-        from mechdae.draw.space.spatial_drawing import SpatialView, draw_spatial_pose
+        return draw_pose(axes, self.scene, self.result, index, view, theme, words)
 
-        assert isinstance(view, SpatialView)
-        return draw_spatial_pose(axes, self.scene, self.result, index, view, theme, words)
+
+def read_placed(result: Result) -> PlacedScene:
+    """Return the placements that a result holds, in the plane or in space."""
+    if result.mechanism.dimension == 2:
+        return read_scene(result)
+    from mechdae.draw.space.spatial_scene import read_spatial
+
+    return read_spatial(result)
 
 
 def seen(
@@ -96,20 +91,17 @@ def seen(
     InputError
         A pose that the result does not have, no direction to look from.
     """
-    kind = getattr(result, "kind", "")
+    kind, scene = getattr(result, "kind", ""), read_placed(result)
     if result.mechanism.dimension == 2:
-        scene = read_scene(result)
         return Seen(result, scene, poses[0] if poses else choose_pose(scene, kind, pose), View())
     from mechdae.draw.space.pose_choice import choose, choose_for
     from mechdae.draw.space.spatial_drawing import SpatialView
-    from mechdae.draw.space.spatial_scene import read_spatial
 
-    placed = read_spatial(result)
     if poses:
-        index, (viewpoint, moved) = poses[0], choose_for(placed, poses, eye)
+        index, (viewpoint, moved) = poses[0], choose_for(scene, poses, eye)
     else:
-        index, viewpoint, moved = choose(placed, kind, pose, eye)
-    return Seen(result, placed, index, SpatialView(viewpoint=viewpoint, moved=moved))
+        index, viewpoint, moved = choose(scene, kind, pose, eye)
+    return Seen(result, scene, index, SpatialView(viewpoint=viewpoint, moved=moved))
 
 
 def draw(

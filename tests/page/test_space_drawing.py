@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import json
-
 import numpy as np
 import pytest
 
@@ -15,8 +13,8 @@ from mechdae.draw.sheet import Sheet
 from mechdae.draw.space.pose_choice import choose
 from mechdae.draw.space.spatial_drawing import SpatialView, extent, items_of
 from mechdae.draw.space.spatial_scene import read_spatial
-from tests.shared.live import WEB
-from tests.shared.node import needs_node, run_script
+from tests.shared.node import needs_node
+from tests.shared.page_solids import placed, pose_of
 from tests.shared.wheels_in_space import SCENES, TURN
 
 UNIT = 0.6
@@ -26,21 +24,6 @@ CHOSEN = ("driver-", "support-", "node-")
 AT_ONCE = ("rssr", "bennett", "cardan-joint")
 NAMES = ("wobble-plate", "spatial-slider-crank-loops", "delta-robot", "screw-press")
 """Those that the long run compares."""
-
-
-def placed(drawing, poses, basis, metre, folder):
-    """Return the shapes of each pose as the page places them: id, kind, places."""
-    given = json.dumps({"drawing": drawing, "basis": basis, "scale": metre})
-    return run_script(
-        f'import {{ SpaceDiagram }} from "{(WEB / "space.js").as_posix()}";\n'
-        "const diagram = Object.create(SpaceDiagram.prototype);\n"
-        f"Object.assign(diagram, {given});\n"
-        f"const shown = {json.dumps(poses)}.map((pose) =>\n"
-        "  diagram.drawing.solids.flatMap((part) =>\n"
-        "  diagram.shapes(part, pose).map(({ kind, places }) => [part.id, kind, places])));\n"
-        "console.log(JSON.stringify(shown));\n",
-        folder,
-    )
 
 
 @needs_node
@@ -62,13 +45,7 @@ def test_facets_are_those_of_plot(name, tmp_path):
     shown = SpatialView(loads=False, bounds=bounds, viewpoint=view, moved=moved)
     sheet = Sheet(None, *bounds[:2], larger=style.PAGE)
     rows = [known[len(known) // 7], known[len(known) // 2], known[-1]]
-    poses = [
-        {
-            "places": {ref: own[k].tolist() for ref, own in scene.tracks.items()},
-            "turns": {body: own[k].T.ravel().tolist() for body, own in scene.turns.items()},
-        }
-        for k in rows
-    ]
+    poses = [pose_of(scene, k) for k in rows]
     drawing = fragments(result, np.linspace(0.0, 1.0, len(result.status)))[1]
     found = placed(drawing, poses, view.basis.tolist(), sheet.metre, tmp_path)
     compared_facets = 0

@@ -7,6 +7,9 @@ import pytest
 
 import mechdae as md
 from mechdae.draw.fragments import fragments
+from mechdae.draw.space.spatial_scene import read_spatial
+from tests.shared.node import needs_node
+from tests.shared.page_solids import placed, pose_of
 
 
 @pytest.mark.parametrize(
@@ -28,3 +31,68 @@ def test_arrows_move_with_the_place_of_a_load(name, load, places, head):
         way = (tip - behind) / np.linalg.norm(tip - behind)
         assert way == pytest.approx(head, abs=1e-3)
     assert any(part["id"] == f"label-load-{load}" for part in drawing["parts"])
+
+
+ANGLES = np.linspace(0.3, 6.0, 41)
+
+
+@needs_node
+def test_loads_act_as_the_file_says(tmp_path):
+    """Directions and sizes of forces, senses of a torque, the centre of mass by their formulas."""
+    arm = md.Mechanism(
+        dimension=3,
+        ground=md.Ground({"A": [0, 0, 0], "W": [0.3, 0.3, 0.3]}),
+        bodies=[md.Body("arm", {"A": [0, 0, 0], "E": [0.2, 0, 0.1]}, mass=2.0, center=[0, 0.1, 0])],
+        joints=[md.SpatialRevolute("A", "ground.A", "arm.A", axis=[0, 0, 1])],
+        loads=[
+            md.Force("pull", "arm.E", (6.0, "10*sin(A.angle)", "8*cos(A.angle)")),
+            md.Force("push", "arm.E", (0.0, "5*sin(A.angle)", 0.0), frame="arm"),
+            md.Torque("turn", "arm", (0.0, 0.0, "4*sin(A.angle)")),
+            md.Spring("coil", between=("ground.W", "arm.E"), stiffness=100.0),
+            md.Spring("twist", coordinate="A.angle", damping=0.1),
+        ],
+        gravity=(0.0, 0.0, -9.81),
+    )
+    result = md.solve(arm, md.Sweep(driver=md.Driver("A.angle", at=ANGLES)))
+    shares = np.linspace(0.0, 1.0, len(ANGLES))
+    drawing = fragments(result, shares)[1]
+    scene, rows = read_spatial(result), [3, 12, 25, 37]
+    poses = [pose_of(scene, k) | {"share": shares[k], "senses": {}} for k in rows]
+    found = placed(drawing, poses, np.eye(3).tolist(), 300.0, tmp_path)
+    long = []
+    for k, shapes in zip(rows, found, strict=True):
+        sine, cosine = np.sin(ANGLES[k]), np.cos(ANGLES[k])
+        arrows = {
+            name: [(kind, np.array(own)) for gid, kind, own in shapes if gid == f"load-{name}"]
+            for name in ("pull", "push", "turn")
+        }
+        way = arrow_of(arrows["pull"])
+        value = np.array([6.0, 10 * sine, 8 * cosine])
+        np.testing.assert_allclose(
+            way / np.linalg.norm(way), value / np.linalg.norm(value), atol=3e-3
+        )
+        long.append(np.linalg.norm(way) / np.linalg.norm(value))
+        way = arrow_of(arrows["push"])
+        across = np.array([-sine, cosine, 0.0]) * np.sign(sine)
+        np.testing.assert_allclose(way / np.linalg.norm(way), across, atol=3e-3)
+        lines = [own for kind, own in arrows["turn"] if kind == "line"]
+        assert np.sign(sum(np.cross(a[:-1], a[1:])[:, 2].sum() for a in lines)) == np.sign(sine)
+        point, body, axis, size = drawing["along"]["arm/center"]
+        place = scene.place(point, k) + scene.turns[body][k] @ np.array(axis) * size
+        np.testing.assert_allclose(place, [-0.1 * sine, 0.1 * cosine, 0.0], atol=1e-12)
+        (gravity,) = [
+            np.array(own) for gid, kind, own in shapes if (gid, kind) == ("gravity", "head")
+        ]
+        assert np.argmax(np.abs(gravity[1] - gravity[0])) == 2
+    assert np.ptp(long) < 2e-3 * max(long)
+    held = {part["id"]: part for part in drawing["parts"]}
+    assert held["load-coil"]["at"] == ["ground.W", "arm.E"]
+    assert held["load-coil"]["span"]
+    assert {"load-twist", "mass-arm", "mass-arm-tie", "label-load-gravity"} <= held.keys()
+    assert any(part["id"] == "support-ground.W" for part in drawing["solids"])
+
+
+def arrow_of(shapes) -> np.ndarray:
+    """Return the way from the start of an arrow to its tip."""
+    (head,) = [own for kind, own in shapes if kind == "head"]
+    return head[1] - next(own for kind, own in shapes if kind == "line")[0]

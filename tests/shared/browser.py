@@ -37,7 +37,8 @@ PLANS = """() => [...document.querySelectorAll("#plans .plan")].map((svg) => {
   const sheet = svg.getBoundingClientRect();
   return [...svg.querySelectorAll("text")].map((own) => {
     const { left, right, top, bottom } = own.getBoundingClientRect();
-    return [own.textContent, left - sheet.left, top - sheet.top, right - sheet.left, bottom - sheet.top];
+    const box = [left - sheet.left, top - sheet.top, right - sheet.left, bottom - sheet.top];
+    return [own.textContent, ...box];
   });
 })"""
 

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -18,20 +18,21 @@ from mechdae.draw.diagram import symbols
 from mechdae.draw.diagram.driver import draw_drivers, driven_bodies, drivers_of, held_drivers
 from mechdae.draw.diagram.guides import draw_guides, travel
 from mechdae.draw.diagram.heads import draw_frame, outside_of, write_heads, write_legend
-from mechdae.draw.diagram.loads import Mark, draw_loads, load_points
+from mechdae.draw.diagram.loads import DrawnLoads, Mark, load_points
 from mechdae.draw.diagram.places import (
     JoinedScene,
     Place,
+    PlacedScene,
     draw_body,
     draw_bridges,
-    draw_ghost,
     free_points,
+    ghost_lines,
     places_of,
     shape_of,
 )
 from mechdae.draw.diagram.scene import SHORT, Array, DrawnScene, named_pose
 from mechdae.draw.diagram.wheels import circles, draw_curve, draw_wheels, rack_span, reach
-from mechdae.draw.labels.labels import Links, write_all, writings
+from mechdae.draw.labels.labels import Links, Writing, write_all, writings
 from mechdae.draw.sheet import Sheet, margins_of
 from mechdae.draw.smooth import few_named
 from mechdae.draw.words import Words
@@ -42,6 +43,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from mechdae.draw.labels.steady import SteadyLabels
+    from mechdae.draw.space.solids import Item
     from mechdae.results.result import Result
 
 
@@ -53,6 +55,16 @@ DOT = 3.0
 """Size of a place on a path of a few poses."""
 STRIDE = 8.0
 """Length of the pieces of a path that labels keep off."""
+
+
+@dataclass(frozen=True)
+class DrawnPose:
+    """What is on a sheet of a pose: labels to be placed, links and loads, in space its items."""
+
+    texts: list[Writing]
+    links: Links
+    marks: list[Mark]
+    items: Sequence[Item] = ()
 
 
 @dataclass(frozen=True)
@@ -114,6 +126,34 @@ class View:
         """Return places in the picture, (..., 2), in the same unit."""
         return np.asarray(places, dtype=float)
 
+    def room(
+        self, scene: PlacedScene, poses: Sequence[int], paths: bool
+    ) -> tuple[Array, Array, float]:
+        """Return the corners [m] of what is in the pictures of poses, and the mechanism's size."""
+        return common_extent(scene, poses, paths)
+
+    def ghost(self, sheet: Sheet, scene: PlacedScene, pose: int) -> Iterator[tuple[Array, Array]]:
+        """Yield the lines of the links in another pose on the sheet."""
+        return ghost_lines(sheet, scene, pose)
+
+    def draw(
+        self,
+        sheet: Sheet,
+        scene: PlacedScene,
+        result: Any,
+        pose: int,
+        words: Words,
+        ordered: bool = True,
+    ) -> DrawnPose:
+        """Draw one pose without labels; ``ordered``: not only for labels."""
+        places, links, marks = draw_scene(sheet, scene, result, pose, self, words)
+        marks += draw_gaps(sheet, scene, result, words)
+        return DrawnPose(writings(sheet, scene, pose, places, links, marks), links, marks)
+
+    def note(self, sheet: Sheet, scene: PlacedScene, pose: int, words: Words) -> str:
+        """Return what the view says below the picture."""
+        return ""
+
 
 V = TypeVar("V", bound="View")
 
@@ -143,36 +183,35 @@ def has_paths(result: Result, scene: JoinedScene) -> bool:
 
 
 def draw_pose(
-    axes: Axes | None, scene: DrawnScene, result: Result, pose: int, view: View,
+    axes: Axes | None, scene: PlacedScene, result: Result, pose: int, view: View,
     theme: style.Theme, words: Words,
 ) -> Sheet:  # fmt: skip
     """Draw one pose of a result whose placements are known; return its sheet."""
-    low, high, _ = view.bounds or extent(scene, pose, view.traces)
+    low, high, _ = view.bounds or view.room(scene, [pose], view.traces)
     sheet = Sheet(axes, low, high, view.scale, theme, view.memory, view.larger, view.margins)
     check_closes(sheet, scene, result, pose, words)
     for behind in view.behind:
         sheet.segments += behind.segments
         sheet.boxes += behind.boxes
     if view.traces:
-        draw_traces(sheet, result, scene.paths)
+        draw_traces(sheet, result, {ref: view.flat(path) for ref, path in scene.paths.items()})
     for other in others_of(scene, pose, view.ghosts):
-        for name in scene.mechanism.bodies:
-            if scene.shown(name, other):
-                draw_ghost(sheet, scene, name, other)
-    places, links, marks = draw_scene(sheet, scene, result, pose, view, words)
-    marks += draw_gaps(sheet, scene, result, words)
+        for line in view.ghost(sheet, scene, other):
+            sheet.line(line, color=style.GHOST, z=style.Z_GHOST, gid="ghost", weight=style.SHADE)
+    drawn = view.draw(sheet, scene, result, pose, words)
     extra = view.overlay(sheet) if view.overlay is not None else ""
+    note = "; ".join(text for text in (view.note(sheet, scene, pose, words), extra) if text)
     if not view.bare:
-        draw_frame(sheet, scene, result, pose, words, extra)
+        draw_frame(sheet, scene, result, pose, words, note)
     if view.labels and view.steady is not None:
-        view.steady.write(sheet, pose, marks)
+        view.steady.write(sheet, pose, drawn.marks)
     elif view.labels:
-        texts = writings(sheet, scene, pose, places, links, marks)
+        texts = drawn.texts
         if view.angles:
             from mechdae.draw.diagram.angles import draw_angles
 
-            texts += draw_angles(sheet, scene, pose, view.angles)
-        write_all(sheet, texts, links)
+            texts = [*texts, *draw_angles(sheet, scene, pose, view.angles)]
+        write_all(sheet, texts, drawn.links)
     if view.bare:
         return sheet
     sheet.theme = view.paper or theme
@@ -196,10 +235,8 @@ def draw_scene(
     _draw_places(sheet, scene, pose, places, links)
     if not view.bare:
         draw_drivers(sheet, scene, result, pose, drivers, places)
-    marks: list[Mark] = []
-    if view.loads:
-        marks = draw_loads(sheet, scene, result, pose, places, words, view.peak)
-    return places, links, marks
+    loads = DrawnLoads(sheet, scene, result, pose, words, view.peak, places) if view.loads else None
+    return places, links, [] if loads is None else loads.draw()
 
 
 def larger_for(scene: DrawnScene, pose: int, low: Array, high: Array) -> tuple[float, float]:

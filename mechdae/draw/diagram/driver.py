@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from contextlib import AbstractContextManager
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -18,6 +17,7 @@ from mechdae.draw.diagram.guides import cylinder_of
 from mechdae.draw.diagram.places import JoinedScene, Place
 from mechdae.draw.diagram.scene import Array, DrawnScene, driver_names
 from mechdae.draw.diagram.wheels import circles, tangent
+from mechdae.draw.primitives import Anchor
 from mechdae.draw.sheet import Sheet, arc, normal, unit
 from mechdae.draw.words import ENGLISH, Words
 
@@ -131,11 +131,11 @@ def draw_drivers(
         if not scene.shown(next(iter(driven_bodies(scene, [entry]))), pose):
             continue
         if entry.text in held:
-            with held_by(sheet, scene, entry, places):
+            with sheet.held(anchor_of(scene, entry, places)):
                 draw_brake(sheet, scene, entry, places, pose)
             continue
         sense = sense_of(result, entry)
-        with held_by(sheet, scene, entry, places):
+        with sheet.held(anchor_of(scene, entry, places)):
             if entry.is_angle:
                 pivot, arm = pivot_and_arm(scene, entry, places, pose)
                 points = turn_arrow(sheet, sheet.at(pivot), arm, sense, style.ARC)
@@ -145,17 +145,15 @@ def draw_drivers(
             symbols.arrow(sheet, points, f"driver-{entry.text}")
 
 
-def held_by(
-    sheet: Sheet, scene: DrawnScene, entry: NamedCoordinate, places: list[Place]
-) -> AbstractContextManager[None]:
-    """Tell that what is drawn inside moves with what a coordinate moves."""
+def anchor_of(scene: DrawnScene, entry: NamedCoordinate, places: Sequence[Place]) -> Anchor:
+    """Return what is drawn at a coordinate moves with: with what the coordinate moves."""
     if entry.is_angle:
         reference = pivot_of(scene, entry, places)
-        return sheet.on(reference, turn=reference.split(".")[0])
+        return Anchor((reference,), reference.split(".")[0])
     joint = scene.mechanism.joints.get(entry.part)
     if joint is None:
-        return sheet.on(f"{entry.part}.{entry.point}")
-    return sheet.on(joint.second, turn=f"{joint.name}/axis")
+        return Anchor((f"{entry.part}.{entry.point}",))
+    return Anchor((joint.second,), f"{joint.name}/axis")
 
 
 def draw_brake(
@@ -220,7 +218,7 @@ def sense_of(result: Result, entry: NamedCoordinate) -> float:
     return 1.0
 
 
-def pivot_of(scene: DrawnScene, entry: NamedCoordinate, places: list[Place]) -> str:
+def pivot_of(scene: DrawnScene, entry: NamedCoordinate, places: Sequence[Place]) -> str:
     """Return the point about which a link turns: of its pins a fixed one, else the first."""
     if entry.part in scene.mechanism.joints:
         return scene.mechanism.joints[entry.part].second
@@ -238,7 +236,7 @@ def pivot_of(scene: DrawnScene, entry: NamedCoordinate, places: list[Place]) -> 
 
 
 def pivot_and_arm(
-    scene: DrawnScene, entry: NamedCoordinate, places: list[Place], pose: int
+    scene: DrawnScene, entry: NamedCoordinate, places: Sequence[Place], pose: int
 ) -> tuple[Array, Array | None]:
     """Return where a link turns [m] and the direction of its bar from there."""
     reference = pivot_of(scene, entry, places)

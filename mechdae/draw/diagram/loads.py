@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -20,13 +20,16 @@ from mechdae.describe.mechanism import GROUND
 from mechdae.draw import style
 from mechdae.draw.diagram import symbols
 from mechdae.draw.diagram.amounts import acts, load_values, pushing
-from mechdae.draw.diagram.driver import blocked, held_by, pivot_and_arm, travel_of, turn_arrow
-from mechdae.draw.diagram.places import JoinedScene, Place, hull, within
-from mechdae.draw.diagram.scene import Array, DrawnScene, turned
+from mechdae.draw.diagram.driver import anchor_of, blocked, pivot_and_arm, travel_of, turn_arrow
+from mechdae.draw.diagram.places import JoinedScene, Place, PlacedScene, hull, places_of, within
+from mechdae.draw.diagram.scene import Array
 from mechdae.draw.primitives import Anchor
 from mechdae.draw.sheet import Sheet, arc, normal, unit
 from mechdae.draw.words import Words
 from mechdae.records import dataclass
+
+if TYPE_CHECKING:
+    from mechdae.results import SweepResult
 
 RADII = (style.ARC + 8.0, style.ARC + 15.0)
 """Radii of the curved arrows of torques, outside the driver's."""
@@ -34,8 +37,12 @@ MANY = 4
 """With more loads their sizes are not written."""
 ASIDE = style.BLOCK[1] + 5.0
 """Forces on a coordinate may be drawn so far beside it."""
-SHORTEST = 34.0
-"""A spring on a coordinate is drawn at least so long."""
+SHORTEST, LONGEST = 34.0, 200.0
+"""A spring on a coordinate is drawn at least so long, from zero at most so long."""
+GRAVITY = 26.0
+"""Length of the arrow of gravity."""
+END_ON = 9.0
+"""Arrows that look shorter than this are drawn as rings; such springs are not drawn."""
 
 
 @dataclass(frozen=True)
@@ -48,69 +55,7 @@ class Mark:
     color: str = style.LOAD
 
 
-def draw_loads(
-    sheet: Sheet,
-    scene: DrawnScene,
-    result: Any,
-    pose: int,
-    places: list[Place],
-    words: Words,
-    peak: float | None = None,
-) -> list[Mark]:
-    """Draw all loads whose bodies are shown; return what letters are attached to.
-
-    A resistance whose coordinate stands still has heads at both ends. The arrow of the
-    force `peak` [N] has full length, without it that of the largest in this pose.
-    """
-    marks: list[Mark] = []
-    straight: list[tuple[Load, Array, Array | None, float | None, float, Anchor]] = []
-    either: set[str] = set()
-    for load in scene.mechanism.loads.values():
-        if not acting(scene, load, pose):
-            continue
-        if isinstance(load, Spring):
-            marks.append(_draw_spring(sheet, scene, load, pose, places))
-            continue
-        values = load_values(scene, result, load, pose)
-        if isinstance(load, Force):
-            straight.append(_force(scene, load, values, pose))
-            continue
-        entry = coordinate_of(scene, load)
-        way = pushing(scene, result, load, pose) if isinstance(load, Resistance) else 1.0
-        size = None if values is None else values[0]
-        if entry.is_angle:
-            with held_by(sheet, scene, entry, places):
-                marks += _draw_torque(sheet, scene, load, entry, size, way, pose, places, words)
-        else:
-            point, axis = travel_of(scene, entry, pose)
-            direction: Array | None = axis * (way or 1.0) * (1.0 if size is None else np.sign(size))
-            if isinstance(load, TableLoad) and size is None:
-                direction = None
-            gap = style.BLOCK[0] + 2.0
-            with held_by(sheet, scene, entry, places):
-                held = sheet.anchor
-            straight.append(
-                (load, point, direction, None if size is None else abs(size), gap, held)
-            )
-            if way == 0.0:
-                either.add(load.name)
-    largest = peak or max((row[3] for row in straight if row[3]), default=1.0)
-    for load, point, direction, size, gap, held in straight:
-        if size == 0.0:
-            continue
-        share = 1.0 if size is None else size / largest
-        text = text_of(load.name, size, "N", words)
-        with sheet.held(held):
-            mark = _draw_force(sheet, load.name, text, sheet.at(point), direction, share, gap)
-            if load.name in either:
-                symbols.arrow(sheet, np.array(mark.lines[0])[::-1], f"load-{load.name}", style.LOAD)
-        marks.append(mark)
-    if len(marks) > MANY:
-        marks = [replace(mark, text=mark.name) for mark in marks]
-    return [*marks, *_draw_masses(sheet, scene, pose)]
-
-
-def load_points(scene: DrawnScene, pose: int) -> list[Array]:
+def load_points(scene: JoinedScene, pose: int) -> list[Array]:
     """Return the points [m] at which forces and springs take hold."""
     references: list[str] = []
     for load in scene.mechanism.loads.values():
@@ -122,7 +67,7 @@ def load_points(scene: DrawnScene, pose: int) -> list[Array]:
     return [scene.place(entry, pose) for entry in shown]
 
 
-def peak_force(scene: JoinedScene, result: Any, poses: Sequence[int]) -> float | None:
+def peak_force(scene: JoinedScene, result: SweepResult, poses: Sequence[int]) -> float | None:
     """Return the largest of the forces with a straight arrow that are known, in some poses."""
     sizes = []
     for load in scene.mechanism.loads.values():
@@ -161,96 +106,317 @@ def text_of(name: str, size: float | None, unit: str, words: Words) -> str:
     return name if size is None else f"{name} = {words.amount(abs(size), unit)}"
 
 
-def _force(
-    scene: DrawnScene, load: Force, values: tuple[float, ...] | None, pose: int
-) -> tuple[Load, Array, Array | None, float | None, float, Anchor]:
-    """Return a force with its point, direction and size, and what its arrow moves with."""
-    point, gap = scene.place(load.point, pose), style.PIN + 2.0
-    held = Anchor((load.point,), "" if load.frame in ("world", GROUND) else load.frame)
-    if values is None:
-        return load, point, None, None, gap, held
-    value = np.array(values)
-    if load.frame != "world":
-        value = turned(scene.angles[load.frame][pose : pose + 1], value)[0]
-    return load, point, unit(value), float(np.hypot(*value)), gap, held
+@dataclass(frozen=True)
+class StraightLoad:
+    """A load with a straight arrow at a place [m]; without a way only its place is known.
+
+    ``gap`` is the room between place and arrow; ``both``: there are heads at both ends.
+    """
+
+    load: Load
+    place: Array
+    way: Array | None
+    size: float | None
+    anchor: Anchor
+    gap: float = style.PIN + 2.0
+    both: bool = False
 
 
-def _draw_force(
-    sheet: Sheet, name: str, text: str, point: Array, direction: Array | None, share: float,
-    gap: float,
-) -> Mark:  # fmt: skip
-    """Draw a straight arrow from or to its point, where it covers least."""
-    gid = f"load-{name}"
-    if direction is None:  # the description does not tell the direction
-        sheet.circle(point, 2.0 * style.PIN, edge=style.LOAD, dash=style.DASHED, gid=gid)
-        return Mark(name, text, ((point, point + 1e-3),))
-    length = max(style.PULL[0], style.PULL[1] * share)
-    across = normal(direction)
-    lines = [
-        np.array([point + start * direction + lift * across] * 2)
-        + np.outer([0.0, length], direction)
-        for lift in ((0.0, ASIDE, -ASIDE) if gap > style.BLOCK[0] else (0.0,))
-        for start in (gap, -gap - length)
-    ]
-    cost = [
-        blocked(sheet, np.linspace(line[0], line[1], 9))
-        + 2.0 * (k > 1)
-        + 100.0 * bool((line < 3.0).any() or (line > sheet.size - 3.0).any())
-        for k, line in enumerate(lines)
-    ]
-    line = lines[int(np.argmin(np.round(cost, 6)))]
-    symbols.arrow(sheet, line, gid, style.LOAD)
-    return Mark(name, text, ((line[0], line[1]),))
+class DrawnLoads:
+    """The loads of one pose of the plane, and what all of them have in common with those of space.
 
+    Parameters
+    ----------
+    places
+        Joint places of the pose.
+    peak
+        The force [N] whose arrow has full length; without it the largest in this pose.
+    """
 
-def _draw_torque(
-    sheet: Sheet, scene: DrawnScene, load: Load, entry: NamedCoordinate, size: float | None,
-    way: float, pose: int, places: list[Place], words: Words,
-) -> list[Mark]:  # fmt: skip
-    """Draw a curved arrow; one with two heads where the sense is not known."""
-    if size == 0.0:
-        return []
-    pivot, arm = pivot_and_arm(scene, entry, places, pose)
-    sign = way * (1.0 if size is None else float(np.sign(size)))
-    both = sign == 0.0 or (size is None and not isinstance(load, Resistance))
-    center, turn = sheet.at(pivot), sign or 1.0
-    options = [turn_arrow(sheet, center, arm, turn, radius) for radius in RADII]
-    points = min(options, key=lambda line: round(blocked(sheet, line), 6))
-    symbols.arrow(sheet, points, f"load-{load.name}", style.LOAD)
-    if both:
-        symbols.arrow(sheet, points[::-1], f"load-{load.name}", style.LOAD)
-    text = text_of(load.name, size, "N m", words)
-    pieces = tuple(zip(points[0:-6:6], points[6::6], strict=True))
-    return [Mark(load.name, text, pieces)]
+    def __init__(
+        self, sheet: Sheet, scene: PlacedScene, result: Any, pose: int, words: Words,
+        peak: float | None = None, places: Sequence[Place] | None = None,
+    ) -> None:  # fmt: skip
+        self.sheet, self.scene, self.result, self.pose = sheet, scene, result, pose
+        self.words, self.peak, self.marks = words, peak, list[Mark]()
+        self.shortest = END_ON
+        self.places = places_of(scene, pose) if places is None else [*places]
+        known = scene.mechanism.loads.values()
+        self.known: list[Load] = [load for load in known if acting(scene, load, pose)]
 
+    def draw(self) -> list[Mark]:
+        """Draw all loads whose bodies are shown; return what letters are attached to.
 
-# -- springs and dampers -------------------------------------------------------------------
+        A resistance whose coordinate stands still has heads at both ends.
+        """
+        self.springs()
+        self.arrows()
+        return self.masses()
 
+    # -- where things are ------------------------------------------------------------------
 
-def _draw_spring(
-    sheet: Sheet, scene: DrawnScene, load: Spring, pose: int, places: list[Place]
-) -> Mark:
-    if load.between is None:
-        entry = coordinate(scene.mechanism, str(load.coordinate))
-        with held_by(sheet, scene, entry, places):
-            if entry.is_angle:
-                pivot = pivot_and_arm(scene, entry, places, pose)[0]
-                return torsion_mark(sheet, load, sheet.at(pivot))
-            ends, zero = _ends(sheet, scene, entry, pose)
-            held = sheet.anchor
-        if zero and entry.kind == "slide":
-            joint = scene.mechanism.joints[entry.part]
-            held = Anchor((joint.first, joint.second), held.turn, span=True)
+    def at(self, place: Array) -> Array:
+        """Return a place [m] on the sheet, in space with its depth."""
+        return self.sheet.at(place)
+
+    def seen(self, way: Array) -> Array:
+        """Return a direction as it is seen."""
+        return way
+
+    def anchor(self, entry: NamedCoordinate) -> Anchor:
+        """Return what is drawn at a coordinate moves with."""
+        return anchor_of(self.scene, entry, self.places)
+
+    def travel(self, entry: NamedCoordinate) -> tuple[Array, Array] | None:
+        """Return the place [m] and the direction of a coordinate, if they are known."""
+        return travel_of(self.scene, entry, self.pose)
+
+    def pivot(self, entry: NamedCoordinate) -> Array:
+        """Return where [m] an angle is drawn."""
+        return pivot_and_arm(self.scene, entry, self.places, self.pose)[0]
+
+    # -- arrows ----------------------------------------------------------------------------
+
+    def arrows(self) -> None:
+        """Draw the arrows of forces and torques."""
+        pulls = [pull for load in self.known if (pull := self._pull(load)) is not None]
+        peak = self.peak or max((pull.size for pull in pulls if pull.size), default=1.0)
+        for pull in pulls:
+            if pull.size != 0.0:
+                self._straight(pull, 1.0 if pull.size is None else pull.size / peak)
+
+    def _pull(self, load: Load) -> StraightLoad | None:
+        """Return a load with a straight arrow; draw one that turns."""
+        if isinstance(load, Spring):
+            return None
+        values = load_values(self.scene, self.result, load, self.pose)
+        if isinstance(load, Force):
+            given = None if values is None else np.array(values)
+            vector = None if given is None else self.scene.in_world(load.frame, given, self.pose)
+            size = None if vector is None else float(np.linalg.norm(vector))
+            way = vector / size if vector is not None and size else None
+            place = self.scene.place(load.point, self.pose)
+            frame = "" if load.frame in ("world", GROUND) else load.frame
+            return StraightLoad(load, place, way, size, Anchor((load.point,), frame))
+        if self.couple(load, values):
+            return None
+        entry, resists = coordinate_of(self.scene, load), isinstance(load, Resistance)
+        against = 1.0
+        if isinstance(load, Resistance):
+            against = pushing(self.scene, self.result, load, self.pose)
+        size = None if values is None else values[0]
+        turn = (against or 1.0) * (1.0 if size is None else float(np.sign(size)))
+        if entry.is_angle:
+            both = against == 0.0 or (size is None and not resists)
+            if size != 0.0:
+                self.turning(load, entry, turn, size, both)
+            return None
+        found = self.travel(entry)
+        if found is None:
+            return None
+        way = None if size is None and isinstance(load, TableLoad) else turn * found[1]
+        size, gap = None if size is None else abs(size), style.BLOCK[0] + 2.0
+        return StraightLoad(load, found[0], way, size, self.anchor(entry), gap, against == 0.0)
+
+    def couple(self, load: Load, values: tuple[float, ...] | None) -> bool:
+        """Draw a torque about an axis of its own; return whether it was one."""
+        return False
+
+    def _straight(self, pull: StraightLoad, share: float) -> None:
+        """Draw a straight arrow from or to its point, where it covers least."""
+        name, point, sheet = pull.load.name, self.at(pull.place), self.sheet
+        gid, text = f"load-{name}", text_of(name, pull.size, "N", self.words)
+        if pull.way is None:  # the description does not tell the direction
+            with sheet.held(pull.anchor):
+                radius, dash = 2.0 * style.PIN, style.DASHED
+                sheet.circle(point[:2], radius, edge=style.LOAD, dash=dash, gid=gid)
+            self.marks.append(Mark(name, text, ((point[:2], point[:2] + 1e-3),)))
+            return
+        way, length = self.seen(pull.way), max(style.PULL[0], style.PULL[1] * share)
+        if length * float(np.hypot(*way[:2])) < self.shortest:
+            with sheet.held(pull.anchor):
+                edge = symbols.end_on(sheet, point[:2], float(way[2]) > 0, gid)
+            self.marks.append(Mark(name, text, ((point[:2], edge),)))
+            return
+        across = np.zeros(len(way))
+        across[:2] = normal(unit(way[:2]))
+        lines = [
+            point + lift * across + np.outer((start, start + length), way)
+            for lift in ((0.0, ASIDE, -ASIDE) if pull.gap > style.BLOCK[0] else (0.0,))
+            for start in (pull.gap, -pull.gap - length)
+        ]
+        cost = [self._cost(line[:, :2]) + 2.0 * (k > 1) for k, line in enumerate(lines)]
+        line = lines[int(np.argmin(np.round(cost, 6)))]
+        self.arrow(line, gid, pull)
+        self.marks.append(Mark(name, text, ((line[0, :2], line[1, :2]),)))
+
+    def _cost(self, line: Array) -> float:
+        outside = (line < 3.0).any() or (line > self.sheet.size - 3.0).any()
+        return blocked(self.sheet, np.linspace(line[0], line[1], 9)) + 100.0 * bool(outside)
+
+    def arrow(self, line: Array, gid: str, pull: StraightLoad) -> None:
+        """Draw a straight arrow."""
+        with self.sheet.held(pull.anchor):
+            for points in (line, line[::-1])[: 1 + pull.both]:
+                symbols.arrow(self.sheet, points, gid, style.LOAD)
+
+    def turning(
+        self, load: Load, entry: NamedCoordinate, turn: float, size: float | None, both: bool
+    ) -> None:
+        """Draw a curved arrow; one with two heads where the sense is not known."""
+        pivot, arm = pivot_and_arm(self.scene, entry, self.places, self.pose)
+        center, gid = self.sheet.at(pivot), f"load-{load.name}"
+        options = [turn_arrow(self.sheet, center, arm, turn, radius) for radius in RADII]
+        points = min(options, key=lambda line: round(blocked(self.sheet, line), 6))
+        with self.sheet.held(self.anchor(entry)):
+            for line in (points, points[::-1])[: 1 + both]:
+                symbols.arrow(self.sheet, line, gid, style.LOAD)
+        pieces = tuple(zip(points[0:-6:6], points[6::6], strict=True))
+        self.marks.append(Mark(load.name, text_of(load.name, size, "N m", self.words), pieces))
+
+    # -- springs, dampers ------------------------------------------------------------------
+
+    def springs(self) -> None:
+        """Draw springs and dampers."""
+        for load in self.known:
+            mark = self._spring(load) if isinstance(load, Spring) else None
+            self.marks += [] if mark is None else [mark]
+
+    def _spring(self, load: Spring) -> Mark | None:
+        sheet, entry = self.sheet, None if load.between else coordinate_of(self.scene, load)
+        if entry is not None and entry.is_angle:
+            with sheet.held(self.anchor(entry)):
+                return torsion_mark(sheet, load, self.at(self.pivot(entry))[:2])
+        if entry is None:
+            assert load.between is not None
+            places = [self.scene.place(end, self.pose) for end in load.between]
+            for end, place in zip(load.between, places, strict=True):
+                if end.split(".")[0] == GROUND and not self._pinned(end):
+                    self.support(end, self.at(place), load.name)
+            ends = between_points(*(self.at(place)[:2] for place in places))
+            held = Anchor(load.between, ">".join(load.between), span=True)
+        else:
+            found = self.travel(entry)
+            if found is None:
+                return None
+            ends, zero = self._ends(entry, *found)
+            held = self.beside(entry)
+            if zero:
+                joint = self.scene.mechanism.joints[entry.part]
+                held = Anchor((joint.first, joint.second), held.turn, span=True)
+        if float(np.hypot(*(ends[1] - ends[0]))) < END_ON:
+            return None
         with sheet.held(held):
             return spring_mark(sheet, load, ends)
-    a, b = (sheet.at(scene.place(entry, pose)) for entry in load.between)
-    for reference, place in zip(load.between, (a, b), strict=True):
-        if reference.split(".")[0] == GROUND and not _is_place(reference, places):
-            with sheet.on(reference):
-                symbols.support(sheet, place, f"support-{reference}")
-                symbols.pin(sheet, place, f"load-{load.name}-pin")
-    with sheet.on(*load.between, turn=">".join(load.between), span=True):
-        return spring_mark(sheet, load, between_points(a, b))
+
+    def _pinned(self, reference: str) -> bool:
+        return any(reference in place.references and place.joints for place in self.places)
+
+    def support(self, reference: str, place: Array, name: str) -> None:
+        """Draw the ground at the end of a spring."""
+        with self.sheet.on(reference):
+            symbols.support(self.sheet, place, f"support-{reference}")
+            symbols.pin(self.sheet, place, f"load-{name}-pin")
+
+    def beside(self, entry: NamedCoordinate) -> Anchor:
+        """Return what a spring along a coordinate moves with."""
+        return self.anchor(entry)
+
+    def _ends(
+        self, entry: NamedCoordinate, place: Array, way: Array
+    ) -> tuple[tuple[Array, Array], bool]:
+        """Return the ends of a spring on a slide or on a point's coordinate, and whether from zero.
+
+        From where the coordinate is zero to the point, if that is long enough; else on the
+        free side of the point.
+        """
+        center, axis, gap, value = self.at(place)[:2], self.seen(way)[:2], style.BLOCK[0], 0.0
+        along = unit(axis)
+        if entry.kind == "slide":
+            joint = self.scene.mechanism.joints[entry.part]
+            origin = self.at(self.scene.place(joint.first, self.pose))[:2]
+            value = float((center - origin) @ along)
+        if gap + SHORTEST < abs(value) < LONGEST:
+            ends = np.array([center - value * along, center - np.sign(value) * gap * axis])
+            lifts = (0.0, style.COIL + 1.0, -style.COIL - 1.0)
+            rows = [ends + lift * normal(along) for lift in lifts]
+            rest = [round(blocked(self.sheet, np.linspace(a, b, 17)[3:-3]), 6) for a, b in rows]
+            chosen = rows[int(np.argmin(rest))]
+            return (chosen[0], chosen[1]), True
+        far = [center - sign * (gap + SHORTEST) * axis for sign in (1.0, -1.0)]
+        near = [center - sign * gap * axis for sign in (1.0, -1.0)]
+        cost = [blocked(self.sheet, np.linspace(a, b, 9)) for a, b in zip(far, near, strict=True)]
+        k = int(np.argmin(np.round(cost, 6)))
+        return (far[k], near[k]), False
+
+    # -- gravity and masses ----------------------------------------------------------------
+
+    def masses(self) -> list[Mark]:
+        """Draw centres of mass that are no joints, and gravity; return the marks of all loads."""
+        marks = self.marks
+        if len(marks) > MANY:
+            marks = [replace(mark, text=mark.name) for mark in marks]
+        mechanism, numbers = self.scene.mechanism, self.scene.numbers
+        heavy = [name for name, body in mechanism.bodies.items() if body.mass is not None]
+        heavy = [name for name in heavy if self.scene.shown(name, self.pose)]
+        for name in heavy:
+            self._mass(name)
+        pull = np.array([numbers.get(f"gravity.{axis}", 0.0) for axis in mechanism.axes])
+        if not heavy or not pull.any():
+            return marks
+        way = self.seen(pull / float(np.linalg.norm(pull)))
+        return [*marks, *gravity_mark(self.sheet, way[:2])]
+
+    def _mass(self, name: str) -> None:
+        """Draw a centre of mass, tied by a thin line to its link where it lies beside it."""
+        found = center_and_foot(self.scene, name)
+        if found is None:
+            return
+        local, foot = found
+        points = [self.scene.local(f"{name}.{p}") for p in self.scene.mechanism.body(name).points]
+        places = [self.scene.carried(name, own, self.pose) for own in (local, foot, *points)]
+        if not np.isfinite(places).all():
+            return
+        center, end, *corners = (self.at(place)[:2] for place in places)
+        border = np.array(corners)
+        inside = len(border) > 2 and within(center[None], border[hull(border)])[0]
+        if not inside and float(np.hypot(*(end - center))) > 2 * style.DOT:
+            with self.sheet.held(self.on_body(name, "center", "foot")):
+                self.sheet.line(
+                    [center, end], color=style.GROUND, width=style.THIN, dash=style.DASHED,
+                    z=style.Z_BAR, gid=f"mass-{name}-tie", weight=style.RING,
+                )  # fmt: skip
+        with self.sheet.held(self.on_body(name, "center")):
+            symbols.mass_center(self.sheet, center, f"mass-{name}", self.turn(name))
+
+    def turn(self, name: str) -> float:
+        """Return the angle of a centre of mass."""
+        return float(self.scene.angles[name][self.pose])
+
+    def on_body(self, name: str, *places: str) -> Anchor:
+        """Return what places of a body move with."""
+        return Anchor((f"{name}.{next(iter(self.scene.mechanism.body(name).points))}",), name, "m")
+
+
+def center_and_foot(scene: JoinedScene, name: str) -> tuple[Array, Array] | None:
+    """Return the centre of mass of a body in its frame, and the place of its link nearest to it.
+
+    None of bodies without a centre, and of those whose centre is a point of them.
+    """
+    body = scene.mechanism.body(name)
+    if getattr(body, "center", None) is None:
+        return None
+    center = np.array([scene.numbers[f"{name}.center.{axis}"] for axis in scene.mechanism.axes])
+    points = np.array([scene.local(f"{name}.{point}") for point in body.points])
+    if (np.linalg.norm(points - center, axis=1) <= 1e-12).any():
+        return None
+    i, j = np.triu_indices(len(points))
+    way = points[j] - points[i]
+    square = np.maximum((way**2).sum(axis=1), 1e-300)
+    share = np.clip(((center - points[i]) * way).sum(axis=1) / square, 0.0, 1.0)
+    feet = points[i] + share[:, None] * way
+    away = np.linalg.norm(feet - center, axis=1)
+    return center, feet[int(np.argmin(np.round(away / away.max(), 9)))]
 
 
 def kinds_of_spring(load: Spring) -> tuple[bool, bool]:
@@ -283,41 +449,6 @@ def spring_mark(sheet: Sheet, load: Spring, ends: tuple[Array, Array]) -> Mark:
     return Mark(load.name, load.name, ((ends[0] + 2 * shift, ends[1] + 2 * shift),))
 
 
-def _is_place(reference: str, places: list[Place]) -> bool:
-    return any(reference in place.references and place.pinned for place in places)
-
-
-def _ends(
-    sheet: Sheet, scene: DrawnScene, entry: NamedCoordinate, pose: int
-) -> tuple[tuple[Array, Array], bool]:
-    """Return the ends of a spring on a slide or on a point's coordinate, and whether from zero.
-
-    From where the coordinate is zero to the point, if that is long enough; else on the
-    free side of the point.
-    """
-    point, axis = travel_of(scene, entry, pose)
-    center = sheet.at(point)
-    if entry.kind == "slide":
-        joint = scene.mechanism.joints[entry.part]
-        origin = sheet.at(scene.place(joint.first, pose))
-        value = float((center - origin) @ axis)
-    else:
-        value = 0.0
-    gap = style.BLOCK[0]
-    options = [center - way * gap * axis for way in (1.0, -1.0)]
-    far = [center - way * (gap + SHORTEST) * axis for way in (1.0, -1.0)]
-    if abs(value) > gap + SHORTEST and abs(value) < 200.0:
-        way = float(np.sign(value))
-        ends = np.array([center - value * axis, center - way * gap * axis])
-        rows = [ends + lift * normal(axis) for lift in (0.0, style.COIL + 1.0, -style.COIL - 1.0)]
-        rest = [round(blocked(sheet, np.linspace(a, b, 17)[3:-3]), 6) for a, b in rows]
-        chosen = rows[int(np.argmin(rest))]
-        return (chosen[0], chosen[1]), True
-    cost = [blocked(sheet, np.linspace(a, b, 9)) for a, b in zip(far, options, strict=True)]
-    k = int(np.argmin(np.round(cost, 6)))
-    return (far[k], options[k]), False
-
-
 def torsion_mark(sheet: Sheet, load: Spring, center: Array) -> Mark:
     """Draw a torsion spring, a damper of turns or both around a place on the sheet."""
     elastic, damped = kinds_of_spring(load)
@@ -335,52 +466,6 @@ def torsion_mark(sheet: Sheet, load: Spring, center: Array) -> Mark:
     return Mark(load.name, load.name, sides)
 
 
-# -- gravity and masses --------------------------------------------------------------------
-
-
-def _draw_masses(sheet: Sheet, scene: DrawnScene, pose: int) -> list[Mark]:
-    """Draw centres of mass that are no joints, and the direction of gravity."""
-    pull = np.array([scene.numbers.get(f"gravity.{axis}", 0.0) for axis in "xy"])
-    heavy = False
-    for name, body in scene.mechanism.bodies.items():
-        if body.mass is None or not scene.shown(name, pose):
-            continue
-        heavy = True
-        if body.center is None:
-            continue
-        local = np.array([scene.numbers[f"{name}.center.{axis}"] for axis in "xy"])
-        if any(np.hypot(*(scene.local(f"{name}.{p}") - local)) <= 1e-12 for p in body.points):
-            continue
-        turn = scene.angles[name][pose : pose + 1]
-        center = scene.origins[name][pose] + turned(turn, local)[0]
-        with sheet.on(f"{name}.{next(iter(body.points))}", turn=name, grow="m"):
-            points = [scene.place(f"{name}.{point}", pose) for point in body.points]
-            mass_mark(sheet, sheet.at(center), sheet.at(points), name, float(turn[0]))
-    if not heavy or not pull.any():
-        return []
-    return gravity_mark(sheet, unit(pull))
-
-
-def mass_mark(sheet: Sheet, center: Array, corners: Array, name: str, angle: float = 0.0) -> None:
-    """Draw a centre of mass, tied by a thin line to its link where it lies beside it.
-
-    ``corners`` are the points of the link, (n, 2).
-    """
-    ends = corners[hull(corners)] if len(corners) > 2 else corners
-    way = np.roll(ends, -1, axis=0) - ends
-    size = np.maximum((way**2).sum(axis=1), 1e-12)
-    share = np.clip(((center - ends) * way).sum(axis=1) / size, 0.0, 1.0)
-    feet = ends + share[:, None] * way
-    foot = feet[int(np.argmin(np.round(np.hypot(*(feet - center).T), 6)))]
-    beside = len(ends) < 3 or not within(center[None], ends)[0]
-    if beside and float(np.hypot(*(foot - center))) > 2 * style.DOT:
-        sheet.line(
-            [center, foot], color=style.GROUND, width=style.THIN, dash=style.DASHED,
-            z=style.Z_BAR, gid=f"mass-{name}-tie", weight=style.RING,
-        )  # fmt: skip
-    symbols.mass_center(sheet, center, f"mass-{name}", angle)
-
-
 def gravity_mark(sheet: Sheet, way: Array) -> list[Mark]:
     """Draw the arrow of gravity in a corner that is free; `way` is shorter than 1 in perspective.
 
@@ -388,7 +473,7 @@ def gravity_mark(sheet: Sheet, way: Array) -> list[Mark]:
     """
     if float(np.hypot(*way)) < 0.3:
         return []
-    step, edge = 26.0 * way, 18.0
+    step, edge = GRAVITY * way, 18.0
     low, high = np.minimum(step, 0.0), np.maximum(step, 0.0)
     floor = np.array([edge, edge + style.STRIP])
     starts = [

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from math import dist
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
@@ -73,6 +73,10 @@ class Place:
 
 JoinedScene: TypeAlias = "DrawnScene | SpatialScene"
 """A scene in the plane or in space: both know their joint places."""
+
+
+PlacedScene: TypeAlias = Any
+"""A scene of the plane or of space; what is asked of it is what both have."""
 
 
 def missing_hint(scene: JoinedScene) -> str:
@@ -380,11 +384,12 @@ def _drawn_arms(bars: list[Piece], center: Array) -> list[Array]:
     return arms
 
 
-def draw_ghost(sheet: Sheet, scene: DrawnScene, name: str, pose: int) -> None:
-    """Draw the lines of a body in another pose, faintly."""
-    for first, second in edges(shape_of(scene, name)):
-        ends = [sheet.at(scene.place(f"{name}.{point}", pose)) for point in (first, second)]
-        sheet.line(ends, color=style.GHOST, z=style.Z_GHOST, gid="ghost", weight=style.SHADE)
+def ghost_lines(sheet: Sheet, scene: DrawnScene, pose: int) -> Iterator[Piece]:
+    """Yield the lines of the links in another pose."""
+    for name in scene.mechanism.bodies:
+        for pair in edges(shape_of(scene, name)) if scene.shown(name, pose) else ():
+            first, second = (sheet.at(scene.place(f"{name}.{point}", pose)) for point in pair)
+            yield first, second
 
 
 def within(places: Array, corners: Array) -> Booleans:

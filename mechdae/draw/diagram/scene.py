@@ -94,6 +94,15 @@ class DrawnScene:
         c, s = cos(angle), sin(angle)
         return np.array([u + c * x - s * y, v + s * x + c * y])
 
+    def in_world(self, frame: str, vector: Array, pose: int) -> Array:
+        """Return a vector of a frame, a body or ``world``, in the fixed frame."""
+        return vector if frame == "world" else turned(self.angles[frame][[pose]], vector)[0]
+
+    def carried(self, body: str, local: Array, pose: int) -> Array:
+        """Return where a place of a body's frame is."""
+        place: Array = self.origins[body][pose] + self.in_world(body, local, pose)
+        return place
+
     def direction(self, body: str, angle: float, pose: int) -> Array:
         """Return the unit vector at `angle` in the frame of `body`."""
         total = self.angles[body][pose] + angle

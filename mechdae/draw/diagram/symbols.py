@@ -193,6 +193,25 @@ def tip(
     sheet.area([end, back + side, back - side], fill=color, edge=color, width=0.3, z=z)
 
 
+def end_on(sheet: Sheet, center: Array, towards: bool, gid: str) -> Array:
+    """Draw the arrow of a load seen end-on: a ring with a dot or, away from the eye, a cross.
+
+    Returns
+    -------
+    numpy.ndarray
+        A place on the ring.
+    """
+    radius = 1.7 * style.PIN
+    sheet.circle(center, radius, edge=style.LOAD, width=style.LINE, gid=gid)
+    if towards:
+        dot(sheet, center, gid, style.LOAD)
+    else:
+        half = radius * np.sqrt(0.5) * np.array([(1.0, 1.0), (1.0, -1.0)])
+        sheet.strokes(center - half, center + half, color=style.LOAD, gid=gid)
+    edge: Array = center + np.array([radius, 0.0])
+    return edge
+
+
 def spring(sheet: Sheet, start: Array, end: Array, gid: str) -> None:
     """Draw a compression or tension spring: a zigzag between two straight ends."""
     along, length = unit(end - start), float(np.hypot(*(end - start)))

@@ -56,6 +56,9 @@ class AnchorFrame:
 
     def angle(self, turn: str) -> float:
         """Return the angle [rad] of the frame that ways are told in."""
+        if ">" in turn:
+            a, b = (self.base(point) for point in turn.split(">"))
+            return float(np.arctan2(*(b - a)[::-1]))
         return float(self.scene.angles[turn][self.pose]) if turn else 0.0
 
     def length(self, grow: str) -> float:

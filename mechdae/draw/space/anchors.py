@@ -9,6 +9,7 @@ import numpy as np
 
 from mechdae.describe.joints.joint import Joint
 from mechdae.describe.mechanism import GROUND
+from mechdae.draw.diagram.loads import center_and_foot
 from mechdae.draw.diagram.places import fixed_bodies
 from mechdae.draw.space.spatial_scene import SpatialScene
 from mechdae.draw.space.viewpoint import Array
@@ -122,9 +123,10 @@ def anchor(
 def bases(
     scene: SpatialScene, pose: int, moved: Mapping[str, float]
 ) -> dict[str, tuple[str, str, Array, float]]:
-    """Return places along axes of joints that a page needs: symbols that are moved, ends of ways.
+    """Return places beside points that a page needs: symbols that are moved, ends of ways, masses.
 
-    By name a point, the body whose axis it is, the axis (3,) in that body, and how far along [m].
+    By name a point, the body that turns what is beside it, a direction (3,) in that body, and how
+    far along it [m].
     """
     found: dict[str, tuple[str, str, Array, float]] = {}
     for joint in scene.joints(pose):
@@ -144,6 +146,13 @@ def bases(
             low, high = min(ends[0], 0.0), max(ends[1], 0.0)
             found[f"{joint.name}/low"] = through, body, local, low
             found[f"{joint.name}/high"] = through, body, local, high
+    for name in scene.mechanism.bodies:
+        known, masses = scene.points(name), center_and_foot(scene, name)
+        if known and masses is not None and name in scene.turns:
+            for word, place in zip(("center", "foot"), masses, strict=True):
+                way = place - scene.local(known[0])
+                size = float(np.linalg.norm(way))
+                found[f"{name}/{word}"] = known[0], name, way / (size or 1.0), size
     return found
 
 

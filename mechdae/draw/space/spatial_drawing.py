@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -13,17 +13,16 @@ from mechdae.describe.coordinates import NamedCoordinate
 from mechdae.describe.joints.joint import Joint
 from mechdae.describe.mechanism import GROUND
 from mechdae.draw import style
-from mechdae.draw.closing import check_closes
-from mechdae.draw.diagram.diagram import FAR, View, draw_traces, others_of
+from mechdae.draw.diagram.diagram import FAR, DrawnPose, View
 from mechdae.draw.diagram.driver import driven_bodies, drivers_of, held_drivers, sense_of
-from mechdae.draw.diagram.heads import draw_frame, outside_of, write_heads
-from mechdae.draw.diagram.loads import Mark, coordinate_of
+from mechdae.draw.diagram.heads import outside_of
+from mechdae.draw.diagram.loads import coordinate_of, load_points
 from mechdae.draw.diagram.places import free_points
 from mechdae.draw.fonts import font, ink
 from mechdae.draw.labels import layout
-from mechdae.draw.labels.labels import AIR, Links, Writing, link_numbers, load_names, write_all
+from mechdae.draw.labels.labels import AIR, Links, Writing, link_numbers, load_names
 from mechdae.draw.labels.obstacles import Obstacles
-from mechdae.draw.labels.steady import AnchorFrame, SteadyLabels, chosen_labels
+from mechdae.draw.labels.steady import AnchorFrame
 from mechdae.draw.primitives import Anchor, Array
 from mechdae.draw.sheet import Sheet, normal, unit
 from mechdae.draw.space import solids
@@ -32,7 +31,7 @@ from mechdae.draw.space.anchors import base_of, size_of
 from mechdae.draw.space.solids import Item, draw_items
 from mechdae.draw.space.spatial_drivers import head, straight, turning
 from mechdae.draw.space.spatial_loads import SpatialLoads
-from mechdae.draw.space.spatial_pose import SpatialPose, ghost_lines
+from mechdae.draw.space.spatial_pose import SpatialPose
 from mechdae.draw.space.spatial_scene import SpatialScene
 from mechdae.draw.space.spatial_symbols import SYMBOLS
 from mechdae.draw.space.spatial_wheels import surfaces
@@ -41,8 +40,6 @@ from mechdae.draw.words import Words
 from mechdae.records import dataclass
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
     from mechdae.results import SweepResult
 
 ARM = 24.0
@@ -51,6 +48,9 @@ ROOM = 34.0
 """Half the side of what is kept free for it."""
 SMALL = 0.12
 """An axis that looks shorter than this share of its length points at the eye: a dot."""
+
+
+PLAIN: Mapping[str, str] = {}
 
 
 @dataclass(frozen=True)
@@ -70,9 +70,59 @@ class SpatialView(View):
         """Return places in the picture, (..., 2), in the same unit."""
         return self.viewpoint.flat(places)
 
-    def pose(self, sheet: Sheet, scene: SpatialScene, index: int) -> SpatialPose:
+    def pose(
+        self, sheet: Sheet, scene: SpatialScene, index: int, colors: Mapping[str, str] = PLAIN,
+        outside: Iterable[str] = (),
+    ) -> SpatialPose:  # fmt: skip
         """Return a pose as it is seen."""
-        return SpatialPose(sheet, scene, index, self.viewpoint, self.moved)
+        look = colors, frozenset(outside)
+        return SpatialPose(sheet, scene, index, self.viewpoint, self.moved, *look)
+
+    def room(
+        self, scene: SpatialScene, poses: Sequence[int], paths: bool
+    ) -> tuple[Array, Array, float]:
+        """Return the corners [m] of what is in the pictures of poses, and the mechanism's size."""
+        return extent(scene, poses, self.viewpoint, self.moved, paths)
+
+    def ghost(self, sheet: Sheet, scene: SpatialScene, pose: int) -> Iterator[tuple[Array, Array]]:
+        """Yield the bars of the links in another pose on the sheet, without joints."""
+        for bars in self.pose(sheet, scene, pose).build()[1].bars.values():
+            yield from bars
+
+    def draw(
+        self, sheet: Sheet, scene: SpatialScene, result: SweepResult, pose: int, words: Words,
+        ordered: bool = True,
+    ) -> DrawnPose:  # fmt: skip
+        """Draw one pose without labels."""
+        seen, items, links = items_of(sheet, scene, result, pose, self)
+        loads = SpatialLoads(seen, result, words, self.peak, rings=ordered)
+        if self.loads:
+            loads.arrows()
+            items += loads.items
+        draw_items(sheet, items, ordered)
+        if self.loads:
+            loads.springs()
+        marks = loads.masses() if self.loads else []
+        names = vector_names(seen)
+        turning = any(name in scene.turns for name in scene.mechanism.bodies)
+        letters = []
+        if turning or not names:  # nodes of vectors alone go without
+            letters = [*seen.letters(links), *link_numbers(scene, pose, links)]
+        return DrawnPose([*letters, *names, *load_names(marks)], links, marks, items)
+
+    def note(self, sheet: Sheet, scene: SpatialScene, pose: int, words: Words) -> str:
+        """Draw the directions x, y, z; return from where it is seen, and what is not drawn."""
+        draw_triad(sheet, self.viewpoint)
+        lacking = [
+            joint.name
+            for joint in scene.joints(pose)
+            if SYMBOLS.get(joint.kind) is None
+            and not joint.pointer
+            and not surfaces(scene, joint, pose, self.moved)
+        ]  # wheels about one line
+        angles = self.viewpoint.azimuth, self.viewpoint.elevation
+        note = words("seen from", *(words.number(angle, 4) for angle in angles))
+        return f"{note}; {words('undrawn')}: {', '.join(lacking)}" if lacking else note
 
 
 def extent(
@@ -90,6 +140,7 @@ def extent(
         for ref in scene.points(body)
     ]
     for pose in poses:
+        places += load_points(scene, pose)
         for joint in scene.joints(pose):
             places += anchor_of(scene, joint, pose, moved)
             axis = scene.axis(joint, pose) if joint.straight else None
@@ -113,86 +164,15 @@ def extent(
     return low, high, size
 
 
-def draw_spatial_pose(
-    axes: Axes | None,
-    scene: SpatialScene,
-    result: Any,
-    index: int,
-    shown: SpatialView,
-    theme: style.Theme,
-    words: Words,
-) -> Sheet:
-    """Draw one pose of a result whose placements are known; return its sheet."""
-    view = shown.viewpoint
-    assert shown.bounds is not None
-    sheet = Sheet(
-        axes, *shown.bounds[:2], shown.scale, theme, shown.memory, shown.larger, shown.margins
-    )
-    check_closes(sheet, scene, result, index, words)
-    if shown.traces:
-        draw_traces(sheet, result, {ref: view.flat(path) for ref, path in scene.paths.items()})
-    for other in others_of(scene, index, shown.ghosts):
-        for line in ghost_lines(shown.pose(sheet, scene, other)):
-            sheet.line(line, color=style.GHOST, z=style.Z_GHOST, gid="ghost", weight=style.SHADE)
-    extra = shown.overlay(sheet) if shown.overlay is not None else ""
-    links, labels, marks = draw_in_space(sheet, scene, result, index, shown, words)
-    draw_triad(sheet, view)
-    if not shown.bare:
-        note = words("seen from", words.number(view.azimuth, 4), words.number(view.elevation, 4))
-        lacking = [
-            joint.name
-            for joint in scene.joints(index)
-            if SYMBOLS.get(joint.kind) is None
-            and not joint.pointer
-            and not surfaces(scene, joint, index, shown.moved)
-        ]
-        if lacking:  # wheels about one line
-            note += f"; {words('undrawn')}: {', '.join(lacking)}"
-        draw_frame(sheet, scene, result, index, words, f"{note}; {extra}" if extra else note)
-    if shown.labels and shown.steady is not None:
-        shown.steady.write(sheet, index, marks)
-    elif shown.labels:
-        write_all(sheet, labels, links)
-    if not shown.bare:
-        sheet.theme = shown.paper or theme
-        write_heads(sheet, scene, result, index, words, shown.label, shown.subtitle)
-    return sheet
-
-
-def draw_in_space(
-    sheet: Sheet,
-    scene: SpatialScene,
-    result: SweepResult,
-    index: int,
-    shown: SpatialView,
-    words: Words,
-    ordered: bool = True,
-) -> tuple[Links, list[Writing], list[Mark]]:
-    """Draw one pose without labels; return links, labels to be placed, and loads."""
-    pose, items, links = items_of(sheet, scene, result, index, shown)
-    loads = SpatialLoads(pose, result, words, shown.peak) if shown.loads else None
-    if loads is not None:
-        items += loads.arrows()
-    draw_items(sheet, items, ordered)
-    marks = loads.flat() if loads is not None else []
-    names = vector_names(pose)
-    turning = any(name in scene.turns for name in scene.mechanism.bodies)
-    letters = []
-    if turning or not names:  # nodes of vectors alone go without
-        letters = [*pose.letters(links), *link_numbers(scene, index, links)]
-    return links, [*letters, *names, *load_names(marks)], marks
-
-
 def items_of(
     sheet: Sheet, scene: SpatialScene, result: SweepResult, index: int, shown: SpatialView
 ) -> tuple[SpatialPose, list[Item], Links]:
     """Return one pose with what is drawn of joints, links, vectors and drivers."""
-    drivers, view = drivers_of(scene, result), shown.viewpoint
+    drivers = drivers_of(scene, result)
     held = held_drivers(result, drivers)
     moving = [entry for entry in drivers if entry.text not in held]
     colors = dict.fromkeys(driven_bodies(scene, moving), style.DRIVEN)
-    outside = frozenset(outside_of(result))
-    pose = SpatialPose(sheet, scene, index, view, shown.moved, colors, outside)
+    pose = shown.pose(sheet, scene, index, colors, outside_of(result))
     items, links = pose.build()
     items += vector_items(pose, moving)
     for entry in moving:
@@ -203,13 +183,49 @@ def items_of(
 class SpatialFrame(AnchorFrame):
     """Where what keeps beside points, or beside symbols along axes, is on the sheet."""
 
-    def __init__(self, sheet: Sheet, pose: SpatialPose, anchor: Anchor) -> None:
-        self.of = pose
-        super().__init__(sheet, pose.scene, pose.pose, anchor)
+    def __init__(
+        self, view: SpatialView, sheet: Sheet, scene: SpatialScene, pose: int, anchor: Anchor
+    ) -> None:
+        self.of = view.pose(sheet, scene, pose)
+        super().__init__(sheet, scene, pose, anchor)
 
     def base(self, point: str) -> Array:
         """Return a point on the sheet."""
         return self.sheet.at(self.of.view.flat(self.of.base(point)))
+
+    def angle(self, turn: str) -> float:
+        """Return the angle [rad] of what ways are told in: a line, or an axis of `along`."""
+        if "/" not in turn:
+            return super().angle(turn)
+        _, body, axis, _ = self.of.along[turn]
+        return float(np.arctan2(*self.of.view.flat(self.of.turned(body) @ axis)[::-1]))
+
+
+def spatial_anchors(
+    scene: SpatialScene,
+    label: Writing,
+    pose: int,
+    items: Iterable[Item],
+    moved: Mapping[str, float],
+) -> list[Anchor]:
+    """Return what a label moves with: a joint, its link, what its load moves with."""
+    kind, _, name = label.gid.partition("-")
+    joint = scene.mechanism.joints.get(name)
+    if kind == "number":
+        points = scene.points(name)
+        shown_at = {
+            base_of(joint, moved, second=name == joint.second_body): None
+            for joint in scene.joints(pose)
+            if name in joint.bodies[:2] and (SYMBOLS.get(joint.kind) or joint.pointer)
+        }
+        shown_at |= dict.fromkeys(ref for ref in free_points(scene, pose) if ref in points)
+        return [Anchor(tuple(shown_at or points))]
+    if name.startswith("load-"):
+        held = [item.anchor.points for item in items if item.gid == name]
+        return [Anchor(held[0] if held else tuple(load_ends(scene, name.removeprefix("load-"))))]
+    if joint is None:
+        return [Anchor((name,))]
+    return [Anchor((joint.first, joint.second) if joint.pointer else (base_of(joint, moved),))]
 
 
 def load_ends(scene: SpatialScene, name: str) -> list[str]:
@@ -217,54 +233,13 @@ def load_ends(scene: SpatialScene, name: str) -> list[str]:
     load = scene.mechanism.loads.get(name)
     if load is None:
         return []
-    ends = [getattr(load, "point", None), *(getattr(load, "between", None) or ())]
-    if any(ends):
-        return [str(end) for end in ends if end]
-    if getattr(load, "body", None):
-        return scene.points(str(getattr(load, "body", "")))[:1]
+    between: tuple[str, ...] = getattr(load, "between", None) or ()
+    point, body = getattr(load, "point", None), getattr(load, "body", None)
+    if between or point or body:
+        return [*between] or ([str(point)] if point else scene.points(str(body))[:1])
     entry = coordinate_of(scene, load)
     joint = scene.mechanism.joints.get(entry.part)
     return [f"{entry.part}.{entry.point}" if joint is None else joint.second]
-
-
-def steady_in_space(
-    scene: SpatialScene, result: SweepResult, poses: Sequence[int], shown: SpatialView, words: Words
-) -> tuple[Sheet, SteadyLabels]:
-    """Return labels with places for all poses, and the first one drawn without them."""
-    assert shown.bounds is not None
-    sheets = [Sheet(None, *shown.bounds[:2], larger=shown.larger) for _ in poses]
-    rows = [
-        draw_in_space(sheet, scene, result, k, shown, words, ordered=False)[1]
-        for sheet, k in zip(sheets, poses, strict=True)
-    ]
-
-    first = shown.pose(Sheet(None, *shown.bounds[:2], larger=shown.larger), scene, poses[0])
-    items = SpatialLoads(first, result, words, shown.peak).arrows() if shown.loads else []
-    arrows = {item.gid: Anchor(item.anchor.points) for item in items}
-
-    def anchors_of(label: Writing) -> list[Anchor]:
-        kind, _, name = label.gid.partition("-")
-        joint = scene.mechanism.joints.get(name)
-        if kind == "number":
-            points = scene.points(name)
-            shown_at = {
-                base_of(joint, shown.moved, second=name == joint.second_body): None
-                for joint in scene.joints(poses[0])
-                if name in joint.bodies[:2] and (SYMBOLS.get(joint.kind) or joint.pointer)
-            }
-            shown_at |= dict.fromkeys(ref for ref in free_points(scene, poses[0]) if ref in points)
-            return [Anchor(tuple(shown_at or points))]
-        if name.startswith("load-"):
-            return [arrows.get(name) or Anchor(tuple(load_ends(scene, name[len("load-") :])))]
-        if joint is None:
-            return [Anchor((name,))]
-        ends = (joint.first, joint.second) if joint.pointer else (base_of(joint, shown.moved),)
-        return [Anchor(ends)]
-
-    def frame_of(sheet: Sheet, pose: int, anchor: Anchor) -> SpatialFrame:
-        return SpatialFrame(sheet, shown.pose(sheet, scene, pose), anchor)
-
-    return sheets[0], chosen_labels(sheets, poses, rows, anchors_of, frame_of)
 
 
 def draw_triad(sheet: Sheet, view: Viewpoint) -> None:

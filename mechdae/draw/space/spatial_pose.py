@@ -6,7 +6,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import field
 from functools import cached_property
 from itertools import combinations
-from typing import Any
 
 import numpy as np
 
@@ -346,12 +345,6 @@ def anchored(items: list[Item], anchor: Anchor) -> list[Item]:
     for item in items:
         item.anchor = anchor
     return items
-
-
-def ghost_lines(pose: SpatialPose) -> Sequence[Any]:
-    """Return the bars of all links of a pose on the sheet, without joints."""
-    _, links = pose.build()
-    return [np.array(bar) for bars in links.bars.values() for bar in bars]
 
 
 SAME = 1.0

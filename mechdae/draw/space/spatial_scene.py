@@ -86,6 +86,21 @@ class SpatialScene:
         arm: Array = self.turns[body] @ self.local(reference)
         return self.tracks[reference] - arm
 
+    def in_world(self, frame: str, vector: Array, pose: int) -> Array | None:
+        """Return a vector of a frame in the fixed frame, None where that is not known."""
+        if frame == "world":
+            return vector
+        if frame not in self.turns or not np.isfinite(self.turns[frame][pose]).all():
+            return None
+        turned: Array = self.turns[frame][pose] @ vector
+        return turned
+
+    def carried(self, body: str, local: Array, pose: int) -> Array:
+        """Return where a place of a body's frame is; nan where that is not known."""
+        known = self.points(body)
+        arm = self.in_world(body, local - self.local(known[0]), pose) if known else None
+        return np.full(3, np.nan) if arm is None else self.place(known[0], pose) + arm
+
     def points(self, body: str) -> list[str]:
         """Return the references of the points of a body whose places are known."""
         names = self.mechanism.body(body).points

@@ -11,15 +11,12 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from mechdae.draw import style
+from mechdae.draw.diagram.diagram import draw_pose
 from mechdae.draw.diagram.heads import write_heads
 from mechdae.draw.figure import note
 from mechdae.draw.fonts import font
 from mechdae.draw.sheet import MILLIMETRE
-from mechdae.draw.space.spatial_drawing import (
-    SpatialView,
-    draw_spatial_pose,
-    extent,
-)
+from mechdae.draw.space.spatial_drawing import SpatialView, extent
 from mechdae.draw.space.spatial_scene import SpatialScene
 from mechdae.draw.space.viewpoint import Array, orthographic
 from mechdae.draw.words import Words
@@ -75,7 +72,7 @@ def draw_three(
         bare = replace(
             shown, viewpoint=view, bounds=bound, scale=wanted, bare=True, larger=(wide, high)
         )
-        sheets.append(draw_spatial_pose(axes, scene, result, index, bare, theme, words))
+        sheets.append(draw_pose(axes, scene, result, index, bare, theme, words))
         name = words(view.name) if view.name else words("seen from", *(
             words.number(angle, 4) for angle in (view.azimuth, view.elevation)))  # fmt: skip
         chosen, color = font(style.SUBTITLE, style.NOTE_FONT), theme.paint(style.FAINT)

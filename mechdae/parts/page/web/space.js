@@ -1,9 +1,9 @@
 /** The diagram of a spatial mechanism: facets that `draw/fragments.py` wrote, moved with bodies, projected, painted from far to near. */
-import { element, hull, painted, pathOf, spotAt, View } from "./view.js";
+import { element, hull, painted, pathOf, View } from "./view.js";
 import { across3, along3, outer, plus, times, unit3 } from "./vectors.js";
 
 /** Lines are cut into pieces, each at its depth; gaps where lines cross so far behind others, so wide; what faces hide is dashed. */
-const PIECE = 9, BEHIND = 5, GAP = 3.2, HIDDEN = "1.2 3,2.5", CORNERS = 28;
+const PIECE = 9, BEHIND = 5, GAP = 3.2, HIDDEN = "1.2 3,2.5", CORNERS = 28, ORIGIN = [0, 0, 0];
 
 /** Right, up and towards the eye, for an azimuth and an elevation in degrees about an upward direction. */
 export function basisOf({ azimuth, elevation, up }) {
@@ -114,11 +114,29 @@ export class SpaceDiagram extends View {
     return place && columns && columns.reduce((sum, column, k) => plus(sum, column, way * axis[k]), place);
   }
 
+  /** Angle in the picture of a line between two places, or of the axis that a place is along. */
+  angle(turn, pose) {
+    if (!turn) return 0;
+    const [point, body, axis] = this.drawing.along[turn] || [], columns = point && this.turned(body, pose);
+    const [a, b] = point ? [ORIGIN, columns && columns.reduce((sum, column, k) => plus(sum, column, axis[k]), ORIGIN)] : turn.split(">").map((name) => this.place(name, pose));
+    return a && b ? Math.atan2(...this.flat(plus(b, a, -1)).reverse()) : undefined;
+  }
+
+  /** What becomes of the ways of a load's arrow as it acts now; null where it does not. */
+  loaded(id, pose) {
+    const load = this.acting(id, pose);
+    if (!load) return (way) => way;
+    const { row, way: sign, about, across, from } = load, size = row.at(-2);
+    if (!size) return null;
+    if (across) return sign < 0 ? (way) => plus(way, across, -2 * along3(way, across)) : (way) => way;
+    return from ? (way) => times(row.slice(0, 3), size * along3(way, from)) : (way) => plus(about, plus(way, about, -1), size * sign);
+  }
+
   /** Shapes of a part with their places in units: right, up, towards the eye; none where something is not known. */
   shapes(part, pose) {
-    const bases = part.at.map((name) => this.place(name, pose)), columns = part.turn === "eye" ? this.basis : this.turned(part.turn, pose);
-    if (!bases.every(Boolean) || !columns) return [];
-    const ways = columns.map((column) => this.seen(column)), spots = bases.map((base) => times(this.seen(base), this.scale));
+    const bases = part.at.map((name) => this.place(name, pose)), columns = part.turn === "eye" ? this.basis : this.turned(part.turn, pose), loaded = this.loaded(part.id, pose);
+    if (!bases.every(Boolean) || !columns || !loaded) return [];
+    const ways = columns.map((column) => this.seen(column)), spots = part.paper ? [this.under3(part.paper)] : bases.map((base) => times(this.seen(base), this.scale));
     let grow = 1;
     if (part.grow) {
       const ends = part.grow[0].includes(">") ? part.grow[0].split(">").map((name) => this.place(name, pose)) : null;
@@ -126,7 +144,7 @@ export class SpaceDiagram extends View {
     }
     return part.shapes.map(([kind, look, size, row]) => {
       const count = row.length / 3, each = spots.length === count;
-      const places = Array.from({ length: count }, (_, k) => ways.reduce((sum, way, i) => plus(sum, way, grow * row[3 * k + i]), spots[each ? k : 0]));
+      const places = Array.from({ length: count }, (_, k) => loaded(row.slice(3 * k, 3 * k + 3)).reduce((sum, way, i) => plus(sum, ways[i], grow * way), spots[each ? k : 0]));
       return { kind, look, size, places };
     });
   }
@@ -148,8 +166,8 @@ export class SpaceDiagram extends View {
     return [...back, ...Object.keys(this.drawing.along).map((name) => this.place(name, pose)).filter(Boolean)];
   }
 
-  draw(places, turns, share = 0) {
-    const pose = { places, turns, share };
+  draw(places, turns, share = 0, senses = {}) {
+    const pose = { places, turns, share, senses };
     const made = this.drawing.solids.flatMap((part) => this.shapes(part, pose).map((shape) => ({ ...shape, id: part.id, owner: part.owner })));
     const faces = made.filter(({ kind, owner }) => owner !== undefined && kind === "area");
     const lines = made.filter(({ kind, owner }) => owner !== undefined && kind === "line");
@@ -172,8 +190,14 @@ export class SpaceDiagram extends View {
     }
     this.painted.sort((a, b) => a.depth - b.depth);
     this.depths.replaceChildren(...this.painted.map((part) => part.made));
-    this.label(pose);
+    this.update(pose);
     this.triad();
+  }
+
+  /** A place told from a corner of the sheet, as others are. */
+  under3([right, top, dx, dy]) {
+    const [x, y] = this.corner([right, top]);
+    return [x + dx - this.shift[0], this.shift[1] - y + dy, 0];
   }
 
   /** Units of the sheet, y down. */
@@ -203,19 +227,6 @@ export class SpaceDiagram extends View {
       const ends = [-half, half].map((way) => this.down(plus(at, u, way / size)));
       this.paint(at[2] - 0.5 * BEHIND, `paper none ${Number(line.look.split(" ")[2]) + 2 * GAP}`, "", { d: pathOf(ends) });
     }
-  }
-
-  /** Move the labels with their points, or with symbols that are moved along axes. */
-  label(pose) {
-    this.build();
-    this.drawing.parts.forEach(({ at, spot }, k) => {
-      const bases = at.map((name) => this.place(name, pose)).map((place) => place && this.at(place)), made = this.elements[k];
-      const [x, y] = [0, 1].map((i) => bases.reduce((sum, base) => sum + (base ? base[i] : NaN), 0) / bases.length + spotAt(spot, pose.share)[i + 1]);
-      made.setAttribute("display", Number.isFinite(x) ? "inline" : "none");
-      if (!Number.isFinite(x)) return;
-      const [u, v] = this.inside(made, [x, y]);
-      made.setAttribute("transform", `translate(${u.toFixed(2)} ${v.toFixed(2)})`);
-    });
   }
 
   triad() {

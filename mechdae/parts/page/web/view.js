@@ -6,7 +6,7 @@ const SPACE = "http://www.w3.org/2000/svg";
 const AREA = [488, 306], SCALES = [0.75, 6], MARGIN = 34, STRIP = 22;
 
 /** Room between a letter and its index, and half the longest label [units]. */
-const AFTER = 0.5;
+const AFTER = 0.5, ZERO = [0, 0, 0];
 const WIDEST = 80;
 
 /** @param {string} name @param {Record<string, any>} attributes @param {Element} [parent] */
@@ -77,6 +77,9 @@ export function spotAt(rows, share) {
   return [0, 1, 2].map((i) => (i ? a[i] + t * (b[i] - a[i]) : 0));
 }
 
+/** The matrix of a reflection that turns a direction round. */
+const mirror = ([x, y]) => [1 - 2 * x * x, -2 * x * y, -2 * x * y, 1 - 2 * y * y].map((part) => part.toFixed(5)).join(" ");
+
 /** Draws poses of one scene; places are those of the points, in metres. */
 export class View {
   /** @param {SVGSVGElement} svg @param {any} scene @param {any} drawing its fragments @param {string[]} layers names of groups, those below first */
@@ -106,6 +109,78 @@ export class View {
       if (index && letter.tagName === "text" && index.tagName === "text") index.setAttribute("x", Number(letter.getAttribute("x")) + letter.getComputedTextLength() + AFTER);
     }
     return true;
+  }
+
+  /** Move the fragments to a pose: `share` is how far it is along the way, for labels and loads; `senses` are those of resistances that are known. */
+  update(pose) {
+    this.build();
+    this.drawing.parts.forEach((part, k) => {
+      const made = this.elements[k], shown = part.shapes ? this.rigid(part, made, pose) : this.moving(part, made.firstChild, pose);
+      made.setAttribute("display", shown ? "inline" : "none");
+    });
+  }
+
+  rigid(part, made, pose) {
+    const frame = this.frame(part, pose);
+    if (!frame) return false;
+    const spot = frame.place(part.spot ? spotAt(part.spot, pose.share) : ZERO, 0), [x, y] = part.spot ? (made.spot = this.inside(made, spot)) : spot;
+    let more = part.spot || !part.turn ? "" : ` rotate(${((-frame.angle * 180) / Math.PI).toFixed(3)})`;
+    const load = part.spot ? null : this.acting(part.id, pose);
+    if (load) {
+      const { row: [turn, size], way, about: [u, v], across } = load;
+      if (!size) return false;
+      more += across && way < 0 ? ` matrix(${mirror(across)} 0 0)` : across ? "" : ` translate(${u} ${v}) rotate(${((-turn * 180) / Math.PI).toFixed(2)}) scale(${size * way}) translate(${-u} ${-v})`;
+    }
+    made.setAttribute("transform", `translate(${x.toFixed(2)} ${y.toFixed(2)})${more}`);
+    return true;
+  }
+
+  moving(part, own, pose) {
+    const corners = this.corners(part, pose);
+    if (!corners) return false;
+    if (part.radius) {
+      const [[cx, cy]] = corners, [, x, y] = (part.corners || [ZERO])[0];
+      for (const [name, value] of Object.entries({ cx, cy, r: part.radius * (x || y ? 1 : this.growth(part, pose)) })) own.setAttribute(name, value.toFixed(2));
+    } else own.setAttribute("d", part.kind === "strokes" ? corners.map((_, k) => (k % 2 ? "" : pathOf(corners.slice(k, k + 2)))).join("") : pathOf(corners, part.kind === "area"));
+    return true;
+  }
+
+  /** Corners of a fragment that is not rigid, in units; null where a place is not known. */
+  corners(part, pose) {
+    const frame = this.frame(part, pose), { corners = part.at.map((_, k) => [part.span ? k : 0, 0, 0]), period } = part;
+    if (!frame || !period) return frame && corners.map(frame.place);
+    const beyond = part.beyond || 0, count = Math.max(1, Math.round((frame.long + 2 * beyond) / period)); // hatching and teeth, again and again along a span
+    return Array.from({ length: count }, (_, k) => corners.map(([own, x, y]) => { const share = (k + own) / count; return frame.place([share, x + beyond * (2 * share - 1), y]); })).flat();
+  }
+
+  /** Angle of what ways are told in, and where corners are (share of a span, x, y); null where a place is not known. */
+  frame(part, pose) {
+    const known = part.paper ? [] : part.at.map((name) => this.place(name, pose)), angle = this.angle(part.turn || "", pose), grow = this.growth(part, pose);
+    if (!known.every(Boolean) || angle === undefined || !Number.isFinite(grow)) return null;
+    const bases = part.paper ? [this.corner(part.paper)] : known.map((place) => this.at(place));
+    const [c, s] = [Math.cos(angle) * grow, Math.sin(angle) * grow];
+    const middle = [0, 1].map((k) => bases.reduce((sum, base) => sum + base[k], 0) / bases.length);
+    const place = ([share, x, y], k) => {
+      const [a, b] = part.span ? bases : [part.spot || bases.length === 1 ? middle : bases[k], [0, 0]];
+      return [a[0] + (part.span ? share * (b[0] - a[0]) : 0) + c * x + s * y, a[1] + (part.span ? share * (b[1] - a[1]) : 0) - s * x + c * y];
+    };
+    return { angle, place, long: part.span ? Math.hypot(bases[1][0] - bases[0][0], bases[1][1] - bases[0][1]) : 0 };
+  }
+
+  /** A corner of the sheet: right of it, above. */
+  corner([right, top]) { return [right * this.size[0], (1 - top) * this.size[1]]; }
+
+  /** How much longer ways are than they were written. */
+  growth(part, pose) { return part.grow ? (this.measured(part.grow[0], pose) * this.scale) / part.grow[1] : 1; }
+
+  /** How a load acts against what was drawn of it: of the nearest state of its sense, where that is known; null of what is no load that changes. */
+  acting(id, { share, senses }) {
+    const name = id.startsWith("load-") ? id.slice(5) : "", load = name && this.drawing.loads[name];
+    if (!load) return null;
+    const { rows, sense } = load, at = share * (rows.length - 1), wanted = senses[name] && senses[name] * sense;
+    const near = rows.map((row, k) => [Math.abs(k - at), row]).filter(([, row]) => !wanted || (row.at(-2) && row.at(-1) === wanted)).sort(([a], [b]) => a - b);
+    const row = near.length ? near[0][1] : [0, 1, wanted];
+    return { about: [0, 0], ...load, row, way: row.at(-1) };
   }
 
   /** Fit the view to places in metres. */
