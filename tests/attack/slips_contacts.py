@@ -72,6 +72,13 @@ def touches() -> float:
     return np.inf if result.fault or hits(result, "release") else 0.0
 
 
+def law_into_a_stop() -> float:
+    drivers = [{"coordinate": "wall.slide", "law": "0.5 - t"}]
+    data = carriage((1, 1), ([0, 1], [0, 1]), (0.5, 0.5), start={"slot": 0.5}, drivers=drivers)
+    with np.errstate(all="ignore"):
+        return 0.0 if "into its stop" in str(moved(data).fault) else np.inf
+
+
 def chords() -> float:
     return off(hits(moved(disc(1.0, 0.2, 0.02))), [math.sqrt(3) / 2 * 1e-3 / 0.2])
 
@@ -123,6 +130,8 @@ SLIPS = [
          SUITE + "test_limits_without_a_restitution_are_passed_with_a_word"),
     Slip("equations.forces.dry_friction", "forms=contact.sign * one.forms", "forms=one.forms",
          teeth_on_bearings, SUITE + "test_teeth_change_flanks_where_the_torque_changes_its_sign"),
+    Slip("dynamics.contacts.hit", "share <= FIXED", "share < 0", law_into_a_stop,
+         SUITE + "test_a_law_that_drives_into_a_stop_says_so"),
     Slip("dynamics.contacts.touching", "held + self._none[closed]", "held - self._none[closed]",
          touches, SUITE + "test_contacts_that_touch_without_a_force_stay_closed"),
     Slip("dynamics.watchers.sliding", "(moved <= RANK * without)", "(moved > 2 * without)",

@@ -252,6 +252,36 @@ def test_a_pendulum_in_space_hits_its_stop_as_in_the_plane() -> None:
     assert solid.checks["energy"] <= 1e-11
 
 
+@pytest.mark.parametrize("joint", ["wall", "slot"])
+def test_a_law_that_drives_into_a_stop_says_so(joint: str) -> None:
+    """1/2 - t reaches the stop at t = 1/2; the other block is free."""
+    others = {"wall": {"slot": 0.5}, "slot": {"wall": 0.5}}
+    data = carriage(
+        (1, 1), ([0.0, 1.0], [0.0, 1.0]), (0.5, 0.5), start=others[joint],
+        drivers=[{"coordinate": f"{joint}.slide", "law": "0.5 - t"}],
+    )  # fmt: skip
+    result = md.solve(from_dict(data), "m")
+    assert f"the law of {joint}.slide drives joint {joint} into its stop (low) of 0" in result.fault
+    assert result.status[-1] == "jammed"
+    last = result.events[-1]
+    assert (last["code"], last["joints"]) == ("S4", [joint])
+    assert last["at"] == pytest.approx(0.5, abs=1e-11)
+
+
+@pytest.mark.parametrize(("short", "blocked"), [(5e-12, True), (1e-8, False)])
+def test_a_stop_at_a_dead_centre_has_no_impulse(short: float, blocked: bool) -> None:
+    """A block 0.459 m from a crank at its dead centre: no finite impulse stops the crank."""
+    data = slider_crank(until=0.02)
+    data["gravity"] = [0, 0]
+    data["joints"]["guide"] = {"kind": "prismatic", "between": ["ground.O", "slider.B"],
+                               "limits": [0, 0.459 - short], "restitution": 0.5}  # fmt: skip
+    del data["tasks"]["m"]["clearance"]
+    data["tasks"]["m"] |= {"start": {"crank": -0.5}, "start_speed": {"crank": 30}}
+    result = md.solve(from_dict(data), "m")
+    assert ("meets its stop (high) of 0.459 m where no" in str(result.fault)) == blocked
+    assert bool(hits(result)) != blocked
+
+
 # -- gaps of joints ------------------------------------------------------------------------------
 
 

@@ -9,16 +9,22 @@ import numpy as np
 
 from mechdae.dynamics.contacts.impacts import LAWS, RubbingImpacts, unique
 from mechdae.dynamics.integrate import NoWay
-from mechdae.types import Floats, Integers, Matrix, Unknowns
+from mechdae.types import Booleans, Floats, Integers, Matrix, Unknowns
 
 if TYPE_CHECKING:
     from mechdae.dynamics.contacts.touching import Touching
+
+FIXED = 1e-5
+"""Gradient of a gap, in natural sizes, up to which no freedom moves it: impulses have no bound.
+
+Its square is ten times the depth, in natural sizes, up to which contacts touch.
+"""
 
 
 class Hit:
     """An impact of contacts at a state: speeds before and after, impulses, works.
 
-    ``normal`` is their matrix of inverse masses.
+    ``normal`` is their matrix of inverse masses; ``fixed`` are those that no freedom moves.
     """
 
     def __init__(
@@ -36,6 +42,8 @@ class Hit:
         rows = np.concatenate([touching.count + which, np.array(tangents, int)])
         Z = setup.freedoms(J) * k.sizes[:, None]
         ahead = C[rows] @ Z
+        share = np.linalg.norm(ahead[: self.n], axis=1) / touching.sizes[which]
+        self.fixed: Booleans = share <= FIXED
         self.steps: Matrix = Z @ np.linalg.solve(Z.T @ M @ Z, ahead.T) if Z.size else Z @ ahead.T
         self.G: Matrix = C[rows] @ self.steps
         self.normal: Matrix = self.G[: self.n, : self.n]

@@ -14,14 +14,17 @@ from typing import TYPE_CHECKING
 import casadi as ca
 import numpy as np
 
+from mechdae.describe.joints.joint import LIMITS
 from mechdae.describe.joints.limits import with_gaps
-from mechdae.dynamics.contacts.gaps import BUSH
+from mechdae.dynamics.contacts.gaps import BUSH, STOPS
 from mechdae.dynamics.contacts.hit import Hit
 from mechdae.dynamics.equations import DRIVERS, IMPACTS, MotionProblem
-from mechdae.dynamics.integrate import ContactEvent, Cut, Integrator, Nodes
+from mechdae.dynamics.integrate import ContactEvent, Cut, Integrator, Nodes, NoWay
 from mechdae.dynamics.output_values import States
 from mechdae.dynamics.watchers.zeros import Looker, Sign, Values, changes
+from mechdae.equations.forces.feedback import Unilateral
 from mechdae.errors import InputError, MechanismError
+from mechdae.motion.assembly.not_assembled import shown
 from mechdae.results import Event, LazyPart, motion_event
 from mechdae.types import Booleans, Floats, Unknowns
 
@@ -284,6 +287,9 @@ class Touching:
         gaps = self.gaps(t, x, v, signs)[0]
         touching = np.flatnonzero((gaps <= TOUCHES * self.sizes) | (closed > 0))
         hit = Hit(self, t, x, v, touching)
+        met = hit.fixed & (hit.before[: hit.n] < -STILL * self._fast * self.sizes[touching])
+        for i in touching[met].tolist():
+            raise self._blocked(self.contacts[i])
         mobility = np.diag(hit.normal) / self.sizes[touching] ** 2
         if (top := mobility.max(initial=0.0)) > 0:
             self._inertia[touching] = 1 / self.sizes[touching] / np.maximum(mobility, FLAT * top)
@@ -312,6 +318,21 @@ class Touching:
             signs, v = sticking.first(t, x, v)
         self.shift = self.turns + np.minimum(gaps + self.shift - self.turns, 0.0)
         return w, v, signs
+
+    def _blocked(self, contact: Unilateral) -> NoWay:
+        """Return the verdict on a contact that closes with a speed that no impulse changes."""
+        name, mechanism = contact.owner, self.setup.model.mechanism
+        stop, ends = f"contact ({contact.end})", [end for end, _ in STOPS]
+        if contact.end in ends:
+            limit = mechanism.values()[f"{name}.{LIMITS[ends.index(contact.end)]}"]
+            stop = f"stop ({contact.end}) of {shown(contact.unit, limit)}"
+        laws = ", ".join(law.coordinate.text for law in self.setup.laws)
+        text = (
+            f"the law of {laws} drives joint {name} into its {stop} (S4)" if laws else
+            f"joint {name} meets its {stop} where no freedom moves it, at a dead centre (S4): the "
+            "impulse of this impact has no bound"
+        )  # fmt: skip
+        return NoWay(text, "jammed", "S4", joints=[name])
 
     def _still(self, contact: int) -> float:
         """Return the speed of a gap up to which it has none."""
