@@ -21,6 +21,7 @@ from mechdae.describe.layers import Layers, LinksCrossing, fewest_layers
 from mechdae.errors import InputError, UnavailableError
 from mechdae.kernels.bounds.walk import majorant
 from mechdae.kernels.run.functions import Call
+from mechdae.motion.assembly.not_assembled import shown
 from mechdae.numerics.polygons import polygon_gaps
 from mechdae.parts.exchange.workshop.outlines import turned
 from mechdae.parts.exchange.workshop.plates import RING, Kit, Plate
@@ -58,12 +59,12 @@ class PlateShape:
 
 @dataclass(frozen=True)
 class Meeting:
-    """Two shapes that are not proved apart: the least gap met, and the driver's value there."""
+    """Two shapes that are not proved apart: the least gap met and at which value of the driver."""
 
     one: str
     other: str
     gap: float
-    at: float
+    at: str
 
 
 class Motions:
@@ -101,6 +102,10 @@ class Motions:
         if "limit" in {str(status) for status in motion.result.status}:
             off = OFF * (self.high - self.low)
             self.low, self.high = self.low + off, self.high - off
+
+    def place(self, value: float) -> str:
+        """Return a value of the driver with its unit."""
+        return shown(self.setting.plan.coordinates[0].unit, value)
 
     def steps(self, begin: Floats, length: float) -> tuple[Floats, Floats]:
         """Return outputs (n, ny) at steps' begins, how far each may change in its step (n, ny).
@@ -220,7 +225,7 @@ def meetings(
             gaps = _gaps(motions, one, other, y[rows])
             least = int(np.nanargmin(gaps)) if np.isfinite(gaps).any() else 0
             if not np.isfinite(gaps).all() or gaps[least] < air:
-                at = float(begin[rows][least])
+                at = motions.place(float(begin[rows][least]))
                 found[k] = Meeting(one.name, other.name, float(gaps[least]), at)
             reach = sum(motions.travel(shape, changes[rows]) for shape in (one, other))
             open_rows = rows.copy()
@@ -238,7 +243,7 @@ def meetings(
         left = {k: np.tile(rows[wanted], 2) for k, rows in left.items()}
     for k, rows in left.items():
         one, other = pairs[k]
-        found[k] = Meeting(one.name, other.name, float("nan"), float(begin[rows][0]))
+        found[k] = Meeting(one.name, other.name, float("nan"), motions.place(float(begin[rows][0])))
     return [found[k] for k in sorted(found)]
 
 
@@ -359,7 +364,7 @@ def stacked(motions: Motions, kit: Kit) -> Stack:
             raise UnavailableError(
                 f"{meeting.one} and {meeting.other} meet in the layer of their teeth",
                 where="bodies",
-                hint=f"gap {meeting.gap * 1e3:.4g} mm at {meeting.at:.6g}",
+                hint=f"gap {meeting.gap * 1e3:.4g} mm at {meeting.at}",
             )
     names = tuple(dict.fromkeys(train[name] for name in kit.moving))
     found = fewest_layers(pairs, {}, LinksCrossing(names, crossed, passed))

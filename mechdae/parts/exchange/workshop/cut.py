@@ -162,7 +162,7 @@ def listed(kit: Kit, stack: Stack) -> str:
         )
     for met in stack.meetings:
         gap = f"{met.gap * MM:.4g} mm" if np.isfinite(met.gap) else "no gap proved"
-        rows.append(f"apart,,,,{met.one} and {met.other}: {gap} at {met.at:.6g}; other layers")
+        rows.append(f"apart,,,,{met.one} and {met.other}: {gap} at {met.at}; other layers")
     return "\n".join(rows) + "\n"
 
 
