@@ -620,6 +620,18 @@ def test_a_start_beyond_a_stop_is_an_error() -> None:
         md.solve(from_dict(ball(0.5, 1.0, start={"floor": -0.5})), "m")
 
 
+@pytest.mark.parametrize("clearance", [0.05, 0.16])
+def test_a_clearance_larger_than_a_link_is_refused(clearance: float) -> None:
+    data = slider_crank(until=1e-4)
+    data["joints"]["A"] |= {"clearance": clearance, "restitution": 0.5}
+    if clearance < 0.153:
+        assert md.solve(from_dict(data), "m").fault is None
+        return
+    with pytest.raises(MechanismError, match=r"larger than the link crank, 0\.153 m") as caught:
+        md.solve(from_dict(data), "m")
+    assert "joints.A.clearance" in str(caught.value)
+
+
 def test_redundant_equations_are_refused() -> None:
     """Two parallel guides hold one block twice."""
     data = ball(0.5, 1.0)

@@ -16,7 +16,7 @@ BUDGETS = {
     "kernels": 7_500,
     "motion": 23_370,  # poses of several drivers at the speed of one
     "forces": 4_730,
-    "dynamics": 9_100,
+    "dynamics": 9_120,
     "design": 15_890,
     "tasks": 2_420,
     "cli": 1_720,
@@ -25,7 +25,7 @@ BUDGETS = {
 """Room -> most lines of its modules; some of them import what annotations name."""
 ALONE = 1117
 """Lines of the modules that stand alone: errors, docstrings, records, types, additions."""
-TOTAL = 145_550
+TOTAL = 145_600
 LONGEST = 500
 LONGER = {
     "describe/joints/spatial.py": 520,
