@@ -364,7 +364,8 @@ def test_limits_of_joints_are_carried() -> None:
     problem = md.load("four-bar-crank-rocker")
     joints = problem.mechanism.joints
     for name, limits in (("D", (0.5, 2.5)), ("A", (-1.0, 9.0)), ("B", (-4.0, 4.0)), ("C", (-3, 3))):
-        pin = md.Revolute(name, joints[name].first, joints[name].second, limits=limits)
+        gap = {"clearance": 1e-4, "restitution": 0.5} if name == "B" else {}
+        pin = md.Revolute(name, joints[name].first, joints[name].second, limits=limits, **gap)
         joints = joints.with_(name, pin)
     problem = replace(problem, mechanism=replace(problem.mechanism, joints=joints))
     texts = {form: md.export(problem, "turn", format=form).text for form in ("mjcf", "sdf", "urdf")}
@@ -384,3 +385,4 @@ def test_limits_of_joints_are_carried() -> None:
     ]
     assert f"not in this file: limits of {left[0]}: loops hold none" in texts["mjcf"]
     assert "limits of" not in texts["sdf"]
+    assert all("not in this file: restitution of B, gap of B" in text for text in texts.values())

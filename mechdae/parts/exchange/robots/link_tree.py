@@ -16,7 +16,7 @@ import numpy as np
 
 from mechdae import __version__
 from mechdae.describe import GROUND, Joint, coordinate
-from mechdae.describe.joints.joint import LIMITS, TURN
+from mechdae.describe.joints.joint import GAPS, LIMITS, TURN
 from mechdae.describe.joints.limits import limited
 from mechdae.describe.joints.spatial import SpatialJoint
 from mechdae.errors import MechdaeError, UnavailableError
@@ -133,7 +133,9 @@ class LinkTree:
         mechanism = self.motion.mechanism
         found = [f"load {name}" for name in mechanism.loads]
         keys = {"friction": "friction in {0}", "mesh_loss": "losses in {0}",
-                "one_sided": "{0} holds in one sense only"}  # fmt: skip
+                "one_sided": "{0} holds in one sense only",
+                "restitution": "restitution of {0}"}  # fmt: skip
+        keys |= dict.fromkeys(GAPS, "gap of {0}")
         joints = mechanism.joints.items()
         return found + [
             text.format(name)
