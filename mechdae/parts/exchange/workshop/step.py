@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import tempfile
+from collections.abc import Sequence
 from importlib import import_module
 from pathlib import Path
 
@@ -113,7 +114,7 @@ class StepSolids:
         places = [bends[0].begin, *inner, bends[-1].end]
         count = len(bends)
         poles, knots = [self._point(place) for place in places], np.arange(count + 1.0).tolist()
-        values: Json = [poles, knots, [4, *[2] * (count - 1), 4]]
+        values: list[Sequence[object]] = [poles, knots, [4, *[2] * (count - 1), 4]]
         arrays = []
         for make, several in zip(self.arrays, values, strict=True):
             arrays.append(make(1, len(several)))
