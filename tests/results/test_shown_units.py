@@ -279,3 +279,11 @@ def test_messages_have_the_lengths_of_the_file(tmp_path, capsys) -> None:
 )
 def test_lengths_in_messages(text: str, shown: str) -> None:
     assert units_of("mm,deg").in_text(text) == shown
+
+
+def test_a_force_that_is_rounding_is_shown_as_none() -> None:
+    """The cylinder of the clamp carries a moment alone at its pose: components and size are 0."""
+    lines = md.solve("toggle-clamp", "tenfold").table().splitlines()
+    shown = [line.split() for line in lines if line.startswith("  cyl ")]
+    sizes = {name: value for _, name, value, *_ in shown if name in ("|reaction|", "normal")}
+    assert sizes == {"|reaction|": "0", "normal": "0"}

@@ -10,7 +10,16 @@ import numpy as np
 
 from mechdae.results import WEAR, Result, ShownUnit, Units, effort_unit, reaction_parts
 from mechdae.results.series import Summary
-from mechdae.results.tables.text import MOST, Column, cells, driver_value, fact, moves, together
+from mechdae.results.tables.text import (
+    MOST,
+    Column,
+    cells,
+    driver_value,
+    fact,
+    moves,
+    together,
+    zero,
+)
 from mechdae.types import Floats, Json, Matrix, Points, Reactions
 
 FRICTION = {
@@ -121,11 +130,13 @@ def single_forces(result: Result) -> Iterator[str]:
                 yield _line(name, word, *_vector(array[0], word, least, units))
                 if word == "reaction" and np.isfinite(array).all():
                     force = units.of("N")
-                    size = _size(array)[0] * force.factor
+                    size = zero(_size(array)[0], least[0]) * force.factor
                     yield _line(name, "|reaction|", f"{size: .10g}", force.name)
             elif is_force(word):
-                shown = units.of(result.unit("joints", name, word))
-                yield _line(name, word, f"{array[0] * shown.factor: .10g}", shown.name)
+                si = result.unit("joints", name, word)
+                shown = units.of(si)
+                value = zero(array[0], {"N": least[0], "N m": least[1]}.get(si, 0.0))
+                yield _line(name, word, f"{value * shown.factor: .10g}", shown.name)
         if name in result.summary.get("not_unique", ()):
             yield from _unique(name, result.unique.get(name, {}), units)
     for entry in result.solutions:
