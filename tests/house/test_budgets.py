@@ -16,7 +16,7 @@ BUDGETS = {
     "kernels": 7_500,
     "motion": 23_370,  # poses of several drivers at the speed of one
     "forces": 4_730,
-    "dynamics": 9_120,
+    "dynamics": 9_140,
     "design": 15_890,
     "tasks": 2_420,
     "cli": 1_720,

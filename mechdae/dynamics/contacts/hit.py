@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 import casadi as ca
 import numpy as np
@@ -12,13 +12,27 @@ from mechdae.dynamics.integrate import NoWay
 from mechdae.types import Booleans, Floats, Integers, Matrix, Unknowns
 
 if TYPE_CHECKING:
-    from mechdae.dynamics.contacts.touching import Touching
+    from mechdae.dynamics.equations import MotionProblem
+    from mechdae.equations.forces.feedback import Unilateral
+    from mechdae.kernels.graphs.equations_of_motion import Kernel
 
 FIXED = 1e-5
 """Gradient of a gap, in natural sizes, up to which no freedom moves it: impulses have no bound.
 
 Its square is ten times the depth, in natural sizes, up to which contacts touch.
 """
+
+
+class ContactsOfMotion(Protocol):
+    """The contacts of a motion, with their sizes, coefficients of friction and law of impact."""
+
+    setup: MotionProblem
+    kernel: Kernel
+    contacts: list[Unilateral]
+    count: int
+    sizes: Floats
+    friction: list[float]
+    law: str
 
 
 class Hit:
@@ -28,7 +42,7 @@ class Hit:
     """
 
     def __init__(
-        self, touching: Touching, t: float, x: Unknowns, v: Floats, which: Integers
+        self, touching: ContactsOfMotion, t: float, x: Unknowns, v: Floats, which: Integers
     ) -> None:
         self.owner, self.at, self.v, self.touching = touching, (t, x), v, which
         setup, k = touching.setup, touching.kernel

@@ -24,7 +24,6 @@ from mechdae.dynamics.output_values import States
 from mechdae.dynamics.watchers.zeros import Looker, Sign, Values, changes
 from mechdae.equations.forces.feedback import Unilateral
 from mechdae.errors import InputError, MechanismError
-from mechdae.motion.assembly.not_assembled import shown
 from mechdae.results import Event, LazyPart, motion_event
 from mechdae.types import Booleans, Floats, Unknowns
 
@@ -325,7 +324,7 @@ class Touching:
         stop, ends = f"contact ({contact.end})", [end for end, _ in STOPS]
         if contact.end in ends:
             limit = mechanism.values()[f"{name}.{LIMITS[ends.index(contact.end)]}"]
-            stop = f"stop ({contact.end}) of {shown(contact.unit, limit)}"
+            stop = f"stop ({contact.end}) of {limit:.6g} {contact.unit}"
         laws = ", ".join(law.coordinate.text for law in self.setup.laws)
         text = (
             f"the law of {laws} drives joint {name} into its {stop} (S4)" if laws else
