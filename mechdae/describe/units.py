@@ -395,3 +395,10 @@ def _unknown(word: str) -> UnknownName:
     known = f"units are {', '.join(SHOWN)}"
     error.hint = f"did you mean {' or '.join(names)}? {known}" if names else known
     return error
+
+
+def shown(unit: str, value: float) -> str:
+    """Return a driver's value with its unit for people."""
+    if unit == "rad":
+        return f"{math.degrees(value):.6g} deg"
+    return f"{value:.6g} m" if unit == "m" else f"{value:.6g}"

@@ -12,11 +12,11 @@ from typing import Any
 
 import numpy as np
 
+from mechdae.describe.units import shown
 from mechdae.errors import InputError
 from mechdae.forces.formula_changes import ROUNDING, State, fastest, kinks_of
 from mechdae.forces.inverse_dynamics import InverseDynamics
 from mechdae.forces.poses import Moving, PoseForces
-from mechdae.motion.assembly.not_assembled import shown
 from mechdae.motion.continuation.legs import Legs
 from mechdae.numerics.quadrature import NOISE, Substitution, integrate
 from mechdae.types import Floats, Json

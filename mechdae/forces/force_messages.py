@@ -14,10 +14,10 @@ import numpy as np
 
 from mechdae.describe.assumed import about_blocks, about_bodies, about_inertia, about_springs
 from mechdae.describe.tasks.motion import Reactions
+from mechdae.describe.units import shown
 from mechdae.forces.friction_branches import FrictionSolutions
 from mechdae.forces.inverse_dynamics import InverseDynamics
 from mechdae.forces.poses import Moving, PoseForces, solved
-from mechdae.motion.assembly.not_assembled import shown
 from mechdae.motion.continuation.follower import extend
 from mechdae.motion.continuation.path import Path
 from mechdae.motion.kinematics.prepared import Setting

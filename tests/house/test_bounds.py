@@ -161,7 +161,7 @@ RECURSIONS = {
     ("numerics/homotopy/stored_instances.py", "least"): "more colours each time",
     ("numerics/homotopy/generic_count.py", "grown"): "the place rises",
     ("design/jobs/log.py", "_differences"): "values inside of values",
-    ("results/result.py", "path_unit"): "a path gets shorter",
+    ("describe/expression_units.py", "inferred"): "once more, exact uses alone",
     ("describe/series_units.py", "path_unit"): "a path gets shorter",
     ("parts/page/link.py", "put"): "modules without circles",
     ("tasks/dispatch/solve.py", "available"): "tasks inside of tasks",

@@ -8,7 +8,7 @@ from tests.shared.paths import ROOT
 
 PACKAGE = ROOT / "mechdae"
 BUDGETS = {
-    "describe": 13_870,  # rare kinds in modules of their own, which most problems do not import
+    "describe": 13_880,  # rare kinds in modules of their own, which most problems do not import
     "numerics": 4_640,
     "equations": 7_720,  # what is left out of a scene: rollers, second machines, plane and space
     "results": 3_490,
@@ -25,7 +25,7 @@ BUDGETS = {
 """Room -> most lines of its modules; some of them import what annotations name."""
 ALONE = 1117
 """Lines of the modules that stand alone: errors, docstrings, records, types, additions."""
-TOTAL = 145_600
+TOTAL = 145_650
 LONGEST = 500
 LONGER = {
     "describe/joints/spatial.py": 520,

@@ -139,8 +139,8 @@ class DrawnLoads:
     ) -> None:  # fmt: skip
         self.sheet, self.scene, self.result, self.pose = sheet, scene, result, pose
         self.words, self.peak, self.marks = words, peak, list[Mark]()
-        self.shortest = END_ON
-        self.places = places_of(scene, pose) if places is None else [*places]
+        self.shortest: float = END_ON
+        self.places: list[Place] = places_of(scene, pose) if places is None else [*places]
         known = scene.mechanism.loads.values()
         self.known: list[Load] = [load for load in known if acting(scene, load, pose)]
 

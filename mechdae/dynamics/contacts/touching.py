@@ -25,7 +25,7 @@ from mechdae.dynamics.watchers.zeros import Looker, Sign, Values, changes
 from mechdae.equations.forces.feedback import Unilateral
 from mechdae.errors import InputError, MechanismError
 from mechdae.results import Event, LazyPart, motion_event
-from mechdae.types import Booleans, Floats, Unknowns
+from mechdae.types import Booleans, Floats, Integers, Unknowns
 
 if TYPE_CHECKING:
     from mechdae.dynamics.unique import Determined
@@ -66,17 +66,18 @@ class Touching:
 
     def __init__(self, setup: MotionProblem, integrator: Integrator) -> None:
         self.setup, self.integrator, self.kernel = setup, integrator, setup.kernel
-        self.contacts = setup.unilateral
-        self.count = setup.released.rubbing.count
+        self.contacts: list[Unilateral] = setup.unilateral
+        self.count: int = setup.released.rubbing.count
         values = setup.model.mechanism.values()
-        self.e = np.array([values[f"{c.owner}.restitution"] for c in self.contacts])
-        self.friction = [values.get(f"{c.owner}.friction", 0.0) for c in self.contacts]
-        self.sizes = np.array([1.0 if c.unit == "rad" else setup.length for c in self.contacts])
+        self.e: Floats = np.array([values[f"{c.owner}.restitution"] for c in self.contacts])
+        self.friction: list[float] = [values.get(f"{c.owner}.friction", 0.0) for c in self.contacts]
+        sizes = [1.0 if c.unit == "rad" else setup.length for c in self.contacts]
+        self.sizes: Floats = np.array(sizes)
         self.turns = self.shift = np.zeros(len(self.contacts))
         self._inertia = np.zeros(len(self.contacts))
-        self.law = setup.task.impact or "newton"
+        self.law: str = setup.task.impact or "newton"
         self.found: list[Event] = []
-        self.rebounds = np.zeros(len(self.contacts), int)
+        self.rebounds: Integers = np.zeros(len(self.contacts), int)
         self._notes: dict[tuple[str, str], str] = {}
         self._strongest = self._fast = 0.0
         self._times: deque[float] = deque(maxlen=CROWD)

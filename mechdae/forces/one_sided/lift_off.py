@@ -16,6 +16,7 @@ import numpy as np
 
 from mechdae.describe.joints.bearings import bearings
 from mechdae.describe.joints.joint import Joint
+from mechdae.describe.units import shown
 from mechdae.dynamics.equations import MotionProblem
 from mechdae.dynamics.integrate import Integrator, Nodes
 from mechdae.dynamics.output_values import Observer, States
@@ -29,7 +30,6 @@ from mechdae.forces.inverse_dynamics import InverseDynamics, LoadedPoses, absolu
 from mechdae.forces.poses import Moving, PoseForces
 from mechdae.forces.uniqueness import Uniqueness
 from mechdae.kernels.run.functions import Batch
-from mechdae.motion.assembly.not_assembled import shown
 from mechdae.motion.continuation.legs import Legs
 from mechdae.numerics.changes import arcs_of, changes, narrowed
 from mechdae.records import dataclass

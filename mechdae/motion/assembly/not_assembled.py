@@ -10,6 +10,7 @@ import numpy as np
 
 from mechdae.describe.coordinate_kinds import ANGLE
 from mechdae.describe.mechanism import TOLERANCE
+from mechdae.describe.units import shown
 from mechdae.equations.reduction import Scene
 from mechdae.errors import AssemblyError, UnknownName
 from mechdae.motion.assembly.assembler import Assembler
@@ -156,13 +157,6 @@ def where(scene: Scene, u: Floats | list[float]) -> str:
     return ", ".join(
         f"{c.text} = {shown(c.unit, v)}" for c, v in zip(scene.drivers, u, strict=True)
     )
-
-
-def shown(unit: str, value: float) -> str:
-    """Return a driver's value with its unit for people."""
-    if unit == "rad":
-        return f"{math.degrees(value):.6g} deg"
-    return f"{value:.6g} m" if unit == "m" else f"{value:.6g}"
 
 
 def as_sketch(assembler: Assembler, mode: Mode, u: Floats) -> Json:

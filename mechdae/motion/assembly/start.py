@@ -8,13 +8,13 @@ from collections.abc import Callable, Iterable
 import numpy as np
 
 from mechdae.describe.structure import cylinders
+from mechdae.describe.units import shown
 from mechdae.errors import MechanismError, SketchError
 from mechdae.motion.assembly.assembler import Assembler
 from mechdae.motion.assembly.nearest_mode import MOST_BEGUN
 from mechdae.motion.assembly.not_assembled import (
     nearest_asked_pose,
     not_assembled,
-    shown,
     where_it_closes,
 )
 from mechdae.motion.setup.drivers import DriverPlan

@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from mechdae.describe.mechanism import TOLERANCE
+from mechdae.describe.units import shown
 from mechdae.equations.groups import Group
 from mechdae.errors import FreedomError
 from mechdae.motion.assembly import not_assembled
@@ -169,7 +170,7 @@ def _cutting(setting: Setting, joint: str, intervals: list[Json]) -> str:
     places = []
     for entry in intervals[:MOST]:
         ends = [np.ravel(entry[end])[0 if np.ndim(entry[end]) == 0 else lead] for end in ENDS]
-        first, last = (not_assembled.shown(c.unit, float(value)) for value in ends)
+        first, last = (shown(c.unit, float(value)) for value in ends)
         if timed:
             first, last = (f"{time:.6g} s" for time in entry["time"])
         places.append(first if first == last else f"{first} to {last}")
@@ -198,7 +199,7 @@ def _lost(setting: Setting, run: Run, status: Integers, failed: list[Json]) -> s
     elif "name" in entry and (not stopped or "gap" in entry or "cause" in entry):
         text += f": group {entry['name']} {why_lost(entry)}"
         text += f" by {entry['gap']:.4g} {entry['unit']}" if "gap" in entry else ""
-    interval = [not_assembled.shown(c.unit, entry[end]) for end in ENDS]
+    interval = [shown(c.unit, entry[end]) for end in ENDS]
     if "time" in entry:
         interval = [f"{time:.6g} s" for time in entry["time"]]
     text += f", first at {'t' if 'time' in entry else c.text} = {interval[0]}" + (
@@ -208,7 +209,7 @@ def _lost(setting: Setting, run: Run, status: Integers, failed: list[Json]) -> s
     if limits:
         text += f"; limit position{'s' if len(limits) > 1 else ''} at "
         if setting.graphs.single:
-            ends = [not_assembled.shown(c.unit, event["at"]) for event in limits]
+            ends = [shown(c.unit, event["at"]) for event in limits]
             text += f"{c.text} = {', '.join(ends)}"
         else:
             text += "; ".join(_place(setting, event) for event in limits)

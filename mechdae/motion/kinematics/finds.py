@@ -10,7 +10,7 @@ import numpy as np
 
 from mechdae.describe.expression import evaluate
 from mechdae.describe.tasks.kinds import Sweep
-from mechdae.motion.assembly.not_assembled import shown
+from mechdae.describe.units import shown
 from mechdae.motion.continuation.evaluate import Poses, in_time
 from mechdae.motion.kinematics.prepared import Run, Setting
 from mechdae.numerics.roots import root_between

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from mechdae.describe.tasks.motion import Reactions
+from mechdae.describe.units import shown
 from mechdae.design.studies.batches.batch import LaneRun, SeriesBatch
 from mechdae.design.studies.batches.poses import AT_ONCE
 from mechdae.design.studies.batches.readings import ForceReading, Reading
@@ -24,7 +25,6 @@ from mechdae.forces.inverse_dynamics import FACTOR, InverseDynamics, LoadedPoses
 from mechdae.forces.poses import PoseForces, loaded_bodies, requests, solved, unknown_columns
 from mechdae.forces.series import efforts_of, series_of
 from mechdae.forces.task import SINGULAR
-from mechdae.motion.assembly.not_assembled import shown
 from mechdae.motion.continuation.evaluate import Evaluator
 from mechdae.motion.kinematics.prepared import Setting, prepare
 from mechdae.results import Status

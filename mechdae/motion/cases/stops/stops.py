@@ -10,10 +10,10 @@ import numpy as np
 from mechdae.describe.coordinates import NamedCoordinate, coordinate
 from mechdae.describe.joints.joint import LIMITS
 from mechdae.describe.joints.limits import limited
+from mechdae.describe.units import shown
 from mechdae.equations.model import Model
 from mechdae.equations.reduction import Scene
 from mechdae.kernels.run.functions import Batch
-from mechdae.motion.assembly.not_assembled import shown
 from mechdae.motion.continuation.any_path import AnyPath, arc_of
 from mechdae.motion.continuation.evaluate import Evaluator, Poses
 from mechdae.motion.continuation.follower import extend

@@ -18,10 +18,10 @@ import numpy as np
 
 from mechdae.describe import GROUND
 from mechdae.describe.layers import Layers, LinksCrossing, fewest_layers
+from mechdae.describe.units import shown
 from mechdae.errors import InputError, UnavailableError
 from mechdae.kernels.bounds.walk import majorant
 from mechdae.kernels.run.functions import Call
-from mechdae.motion.assembly.not_assembled import shown
 from mechdae.numerics.polygons import polygon_gaps
 from mechdae.parts.exchange.workshop.outlines import turned
 from mechdae.parts.exchange.workshop.plates import RING, Kit, Plate
