@@ -209,8 +209,8 @@ SLIPS = [
     ),
     Slip(
         "motion.cases.stops.stops",
-        "half + room, np.sign",
-        "half + 1 + room, np.sign",
+        "half + room), sentence",
+        "half + 1 + room), sentence",
         stopped,
         f"{STOPS}test_one_pose_says_which_limit",
     ),
@@ -223,8 +223,8 @@ SLIPS = [
     ),
     Slip(
         "motion.cases.stops.stops",
-        "run.stopped |= behind",
-        "run.stopped |= behind & False",
+        "run.stopped | behind",
+        "run.stopped",
         stopped,
         f"{STOPS}test_poses_behind_a_stop_are_not_reached",
     ),
