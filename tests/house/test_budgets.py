@@ -20,12 +20,12 @@ BUDGETS = {
     "design": 15_890,
     "tasks": 2_420,
     "cli": 1_720,
-    "parts": 30_870,  # what a page teaches by
+    "parts": 30_760,  # what a page teaches by
 }
 """Room -> most lines of its modules; some of them import what annotations name."""
 ALONE = 1117
 """Lines of the modules that stand alone: errors, docstrings, records, types, additions."""
-TOTAL = 145_650
+TOTAL = 145_500
 LONGEST = 500
 LONGER = {
     "describe/joints/spatial.py": 520,

@@ -166,10 +166,7 @@ class Motions:
     def corners(self, shape: PlateShape, y: Floats) -> Points:
         """Return the corners of a shape, (n, k, 2), for outputs (n, ny)."""
         place, turn = self._frame(shape, y)
-        cos, sin = np.cos(turn)[:, None], np.sin(turn)[:, None]
-        a, b = shape.corners[:, 0], shape.corners[:, 1]
-        inside = np.stack([cos * a - sin * b, sin * a + cos * b], axis=-1)
-        return place[:, None, :] + inside
+        return place[:, None, :] + shape.corners @ turned(-turn)
 
     def _frame(self, shape: PlateShape, y: Floats) -> tuple[Points, Floats]:
         place = self._point(shape.reference, y)
@@ -262,8 +259,8 @@ def shapes_of(motions: Motions, kit: Kit) -> tuple[dict[str, PlateShape], dict[s
     width = kit.sizes.width
     plates = {name: _shape(motions, kit.plates[name], width) for name in kit.moving}
     pins = {}
-    for name, pin in kit.pins.items():
-        plate = kit.plates[pin.plates[1]]
+    for name, (_, second) in kit.pins.items():
+        plate = kit.plates[second]
         whole = _shape(motions, plate, width)
         corners = (plate.holes[name] - _reference(motions, plate))[None]
         radius = RING * kit.sizes.pin / 2
@@ -302,7 +299,7 @@ def all_pairs(
     kit: Kit, plates: dict[str, PlateShape], pins: dict[str, PlateShape]
 ) -> tuple[list[tuple[PlateShape, PlateShape]], list[tuple[PlateShape, PlateShape]]]:
     """Return pairs of plates without a common pin or teeth, those of plates and others' pins."""
-    joined = {frozenset(pin.plates) for pin in kit.pins.values()}
+    joined = {frozenset(both) for both in kit.pins.values()}
     joined |= {frozenset(mesh[:2]) for mesh in kit.meshes}
     names = kit.moving
     apart = [
@@ -358,7 +355,7 @@ def stacked(motions: Motions, kit: Kit) -> Stack:
     train = kit.trains()
     crossed = frozenset(frozenset((train[m.one], train[m.other])) for m in met if m.other in plates)
     passed = frozenset((train[m.one], m.other) for m in met if m.other in pins)
-    pairs = {pin.name: (train[pin.plates[0]], train[pin.plates[1]]) for pin in kit.pins.values()}
+    pairs = {pin: (train[first], train[second]) for pin, (first, second) in kit.pins.items()}
     for meeting in met:
         if meeting.other in plates and train[meeting.one] == train[meeting.other]:
             raise UnavailableError(

@@ -2,12 +2,30 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable
+from typing import TypeVar
+
 import numpy as np
 
 from mechdae.describe import GROUND
 from mechdae.parts.exchange.workshop.outlines import turned
 from mechdae.tasks import ExportedMotion
 from mechdae.types import Floats, Points
+
+T = TypeVar("T")
+
+
+def connected(items: Iterable[T], joined: Callable[[T, T], bool]) -> list[list[T]]:
+    """Return items in groups: those that are joined, directly or through others."""
+    groups: list[list[T]] = []
+    for item in items:
+        group = [item]
+        for known in list(groups):
+            if any(joined(item, member) for member in known):
+                groups.remove(known)
+                group = known + group
+        groups.append(group)
+    return groups
 
 
 class Rigid:
@@ -72,6 +90,5 @@ class Rigid:
     def seen(self, reference: str, other: str) -> Points:
         """Return a point in the frame of the root of another one's body, in the poses."""
         way, root = self.place(reference) - self.place(other), self.root(other.partition(".")[0])
-        cos, sin = np.cos(self.angle(root)), np.sin(self.angle(root))
-        inside = np.stack([cos * way[:, 0] + sin * way[:, 1], cos * way[:, 1] - sin * way[:, 0]], 1)
+        inside: Points = (way[:, None] @ turned(self.angle(root)))[:, 0]
         return inside + self.local(other)

@@ -17,7 +17,7 @@ from mechdae.parts.exchange.workshop.plates import (
     RING,
     Kit,
     Plate,
-    check_slots,
+    check_holes,
     hull,
     kit_of,
 )
@@ -36,17 +36,16 @@ class CutPart:
     outline: Shape
     holes: list[Shape] = field(default_factory=list)
     count: int = 1
-    note: str = ""
+
+    def moved(self, turn: float, shift: Floats) -> CutPart:
+        """Return it turned about the origin, then moved."""
+        holes = [hole.moved(turn, shift) for hole in self.holes]
+        return replace(self, outline=self.outline.moved(turn, shift), holes=holes)
 
 
-def part_of(plate: Plate, kit: Kit, only: set[str] | None = None, name: str = "") -> CutPart:
-    """Return a plate as a part, `only` with the holes of some pins."""
-    width = kit.sizes.width
-    holes: list[Shape] = [
-        Loop(place[None], kit.hole(pin))
-        for pin, place in plate.holes.items()
-        if only is None or pin in only
-    ]
+def part_of(plate: Plate, kit: Kit) -> CutPart:
+    """Return a plate as a part."""
+    holes: list[Shape] = [Loop(place[None], kit.hole(pin)) for pin, place in plate.holes.items()]
     holes += [Loop(hull(ends), kit.hole(name)) for name, ends in plate.slots.items()]
     distinct: list[Shape] = []
     for hole in holes:  # several pins at one place are one hole
@@ -54,7 +53,7 @@ def part_of(plate: Plate, kit: Kit, only: set[str] | None = None, name: str = ""
             distinct.append(hole)
     if plate.teeth and plate.teeth.inside:
         distinct.append(ToothedLoop(plate.teeth))
-    return CutPart(name or plate.name, plate.outline(width), distinct)
+    return CutPart(plate.name, plate.outline(kit.sizes.width), distinct)
 
 
 def ring(kit: Kit) -> CutPart:
@@ -83,9 +82,11 @@ def svg_cut(motion: ExportedMotion, **given: float) -> dict[str, str]:
 def stl(motion: ExportedMotion, **given: float) -> dict[str, str]:
     """Return the assembly in its first pose, the parts laid flat, and the list of parts."""
     kit, stack, motions = _made(motion, given)
+    side_by_side, _ = _placed(parts_of(kit, stack), kit)
+    flat = [PlacedPart(part, np.zeros(2), 0.0, 0.0, kit.sizes.thickness) for part in side_by_side]
     return {
         "": "".join(part.solid() for part in _placed_parts(motion, kit, stack, motions)),
-        "flat.stl": _flat(parts_of(kit, stack), kit),
+        "flat.stl": "".join(part.solid() for part in flat),
         "parts.csv": listed(kit, stack),
     }
 
@@ -113,7 +114,7 @@ def frames(kit: Kit, stack: Stack) -> list[tuple[CutPart, int]]:
         pin: stack.pins[shaft[0]]
         for shaft in stack.shafts
         for pin in shaft
-        if GROUND in kit.pins[pin].plates
+        if GROUND in kit.pins[pin]
     }
     found = []
     for layer, name in ((0, "frame"), (stack.front, "frame in front")):
@@ -122,13 +123,10 @@ def frames(kit: Kit, stack: Stack) -> list[tuple[CutPart, int]]:
             slots = {
                 s: e for s, e in plate.slots.items() if any(p.split(".")[0] == s for p in pins)
             }
-            small = Plate(name, GROUND, plate.corners, plate.holes, slots)
-            part = part_of(small, kit, pins, name)
-            check_slots(
-                replace(small, holes={p: plate.holes[p] for p in pins if p in plate.holes}),
-                kit.sizes,
-            )
-            found.append((part, layer))
+            holes = {pin: place for pin, place in plate.holes.items() if pin in pins}
+            side = Plate(name, GROUND, plate.corners, holes, slots)
+            check_holes(side, kit)
+            found.append((part_of(side, kit), layer))
     return found
 
 
@@ -148,7 +146,7 @@ def listed(kit: Kit, stack: Stack) -> str:
     for name, (low, high) in stack.pins.items():
         length = (high - low + 1) * t
         text = f"diameter {sizes.pin * MM:.6g} mm; length {length:.6g} mm; layers {low} to {high}"
-        tight = f"; pressed in: holds {kit.dowels[name][0]}" if name in kit.dowels else ""
+        tight = f"; pressed in: holds {kit.pins[name][0]}" if name in kit.dowels else ""
         rows.append(f"pin {name},1,,,{text}{tight}")
     rows.append(
         f"sizes,,,,width {sizes.width * MM:.6g} mm; clearance {sizes.clearance * MM:.6g} mm; "
@@ -169,37 +167,31 @@ def listed(kit: Kit, stack: Stack) -> str:
 # -- the sheet -----------------------------------------------------------------------------
 
 
-def _turned(part: CutPart) -> tuple[Shape, list[Shape]]:
-    """Return outline and holes with the longest side level and the least corner at the origin."""
+def _turned(part: CutPart) -> CutPart:
+    """Return a part with the longest side level and the least corner at the origin."""
     corners = part.outline.corners
     turn = 0.0
     if len(corners) > 1:
         sides = np.roll(corners, -1, axis=0) - corners
         way = sides[int(np.argmax(np.hypot(*sides.T)))]
         turn = -float(np.arctan2(way[1], way[0]))
-    outline = part.outline.moved(turn, np.zeros(2))
-    shift = outline.radius - outline.corners.min(axis=0)
-    loops = [loop.moved(turn, shift) for loop in part.holes]
-    return outline.moved(0.0, shift), loops
+    level = part.moved(turn, np.zeros(2))
+    return level.moved(0.0, level.outline.radius - level.outline.corners.min(axis=0))
 
 
-def _placed(
-    parts: list[CutPart], kit: Kit
-) -> tuple[list[tuple[CutPart, Shape, list[Shape]]], Floats]:
+def _placed(parts: list[CutPart], kit: Kit) -> tuple[list[CutPart], Floats]:
     """Return the parts side by side in rows, and the size of the sheet [m]."""
     space = SPACE * kit.sizes.width
-    each = [(part, *_turned(part)) for part in parts for _ in range(part.count)]
-    spans = [loop.corners.max(axis=0) + loop.radius for _, loop, _ in each]
+    each = [_turned(part) for part in parts for _ in range(part.count)]
+    spans = [part.outline.corners.max(axis=0) + part.outline.radius for part in each]
     order = sorted(range(len(each)), key=lambda k: -spans[k][1])
     limit = max(max(span[0] for span in spans), np.sqrt(sum(a * b for a, b in spans)) * 1.5)
     x, y, height, wide = space, space, 0.0, 0.0
     found = []
     for k in order:
-        part, loop, holes = each[k]
         if x > space and x + spans[k][0] > limit + space:
             x, y, height = space, y + height + space, 0.0
-        shift = np.array([x, y])
-        found.append((part, loop.moved(0.0, shift), [hole.moved(0.0, shift) for hole in holes]))
+        found.append(each[k].moved(0.0, np.array([x, y])))
         x, height = x + spans[k][0] + space, max(height, spans[k][1])
         wide = max(wide, x)
     return found, np.array([wide, y + height + space])
@@ -217,14 +209,14 @@ def _sheet(motion: ExportedMotion, parts: list[CutPart], kit: Kit) -> str:
         "<desc>Millimetres at true size. Red lines are cut, blue names are engraved.</desc>",
         '<g fill="none" stroke="#ff0000" stroke-width="0.1">',
     ]
-    for _, outline, holes in placed:
-        for loop in (outline.grown(grown), *(hole.grown(-grown) for hole in holes)):
+    for part in placed:
+        for loop in (part.outline.grown(grown), *(hole.grown(-grown) for hole in part.holes)):
             lines.append(f'<path d="{_path(loop, h)}"/>')
     lines += ["</g>", '<g fill="#0000ff" font-family="sans-serif">']
-    for part, outline, holes in placed:
+    for part in placed:
         if part.name == "spacer":
             continue
-        (x, y), high = _free(outline, holes, len(part.name), letter / MM)
+        (x, y), high = _free(part, letter / MM)
         lines.append(
             f'<text x="{x * MM:.3f}" y="{h - y * MM + high * MM / 3:.3f}" text-anchor="middle" '
             f'font-size="{high * MM:.3f}">{escape(part.name)}</text>'
@@ -232,8 +224,9 @@ def _sheet(motion: ExportedMotion, parts: list[CutPart], kit: Kit) -> str:
     return "\n".join([*lines, "</g>", "</svg>"]) + "\n"
 
 
-def _free(outline: Shape, holes: list[Shape], count: int, size: float) -> tuple[Floats, float]:
-    """Return the middle and the height of a name of `count` letters that meets no hole."""
+def _free(part: CutPart, size: float) -> tuple[Floats, float]:
+    """Return the middle and the height of a part's name that meets no hole."""
+    outline, count = part.outline, len(part.name)
     core = outline.core()
     low = outline.corners.min(axis=0) - outline.radius
     high = outline.corners.max(axis=0) + outline.radius
@@ -249,7 +242,7 @@ def _free(outline: Shape, holes: list[Shape], count: int, size: float) -> tuple[
             return polygon_gaps(places, every).reshape(len(grid), -1)
 
         gaps = [core.radius - far(core.corners).max(axis=1)]
-        gaps += [far(hole.corners).min(axis=1) - hole.radius for hole in holes]
+        gaps += [far(hole.corners).min(axis=1) - hole.radius for hole in part.holes]
         room = np.minimum(np.min(gaps, axis=0), size / 4)
         off = np.hypot(*(grid - (low + high) / 2).T)
         best = grid[np.lexsort((off, -room))[0]]
@@ -294,37 +287,10 @@ def _triangles(part: CutPart) -> tuple[Points, Integers, list[Points]]:
     raise UnavailableError(f"no triangles found for {part.name}", hint="svg-cut")
 
 
-def solid(name: str, part: CutPart, place: Floats, turn: float, low: float, high: float) -> str:
-    """Return a part between two heights as a solid of an STL file, millimetres."""
-    points, faces, loops = _triangles(part)
-    flat = (points @ turned(turn).T + place) * MM
-    bottom = np.hstack([flat, np.full((len(flat), 1), low * MM)])
-    top = np.hstack([flat, np.full((len(flat), 1), high * MM)])
-    found = [*top[faces], *bottom[faces[:, ::-1]]]
-    begin = 0
-    for loop in loops:
-        here = begin + np.arange(len(loop))
-        after = begin + (np.arange(len(loop)) + 1) % len(loop)
-        found += [np.array(t) for t in zip(bottom[here], bottom[after], top[after], strict=True)]
-        found += [np.array(t) for t in zip(bottom[here], top[after], top[here], strict=True)]
-        begin += len(loop)
-    lines = [f"solid {name}"]
-    for corners in found:
-        normal = np.cross(corners[1] - corners[0], corners[2] - corners[0])
-        size = float(np.linalg.norm(normal))
-        normal = normal / size if size > 0 else normal
-        lines.append("facet normal " + " ".join(f"{value:.6g}" for value in normal))
-        lines.append("outer loop")
-        lines += ["vertex " + " ".join(f"{value:.6f}" for value in corner) for corner in corners]
-        lines += ["endloop", "endfacet"]
-    return "\n".join([*lines, f"endsolid {name}"]) + "\n"
-
-
 @dataclass(frozen=True)
 class PlacedPart:
     """A part between two heights, turned and moved [m, rad]."""
 
-    name: str
     part: CutPart
     place: Floats
     turn: float
@@ -332,8 +298,28 @@ class PlacedPart:
     high: float
 
     def solid(self) -> str:
-        """Return it as a solid of an STL file."""
-        return solid(self.name, self.part, self.place, self.turn, self.low, self.high)
+        """Return it as a solid of an STL file, millimetres."""
+        points, faces, loops = _triangles(self.part)
+        flat = (points @ turned(-self.turn) + self.place) * MM
+        bottom, top = (np.insert(flat, 2, height * MM, axis=1) for height in (self.low, self.high))
+        found = [*top[faces], *bottom[faces[:, ::-1]]]
+        begin = 0
+        for loop in loops:
+            here = begin + np.arange(len(loop))
+            after = np.roll(here, -1)
+            found += [*np.stack([bottom[here], bottom[after], top[after]], axis=1)]
+            found += [*np.stack([bottom[here], top[after], top[here]], axis=1)]
+            begin += len(loop)
+        lines = [f"solid {self.part.name}"]
+        for corners in found:
+            normal = np.cross(corners[1] - corners[0], corners[2] - corners[0])
+            size = float(np.linalg.norm(normal))
+            normal = normal / size if size > 0 else normal
+            lines.append("facet normal " + " ".join(f"{value:.6g}" for value in normal))
+            lines.append("outer loop")
+            lines += ["vertex " + " ".join(f"{x:.6f}" for x in corner) for corner in corners]
+            lines += ["endloop", "endfacet"]
+        return "\n".join([*lines, f"endsolid {self.part.name}"]) + "\n"
 
 
 def assembly(motion: ExportedMotion, given: dict[str, float]) -> tuple[list[PlacedPart], str]:
@@ -349,26 +335,17 @@ def _placed_parts(
     found = []
     for name in kit.moving:
         low = stack.layers[name] * t
-        found.append(PlacedPart(name, part_of(kit.plates[name], kit), *frame[name], low, low + t))
+        found.append(PlacedPart(part_of(kit.plates[name], kit), *frame[name], low, low + t))
     for part, layer in frames(kit, stack):
-        found.append(PlacedPart(part.name, part, np.zeros(2), 0.0, layer * t, (layer + 1) * t))
+        found.append(PlacedPart(part, np.zeros(2), 0.0, layer * t, (layer + 1) * t))
     one = ring(kit)
     for name, (low, high) in stack.pins.items():
-        plate = kit.plates[kit.pins[name].plates[1]]
+        plate = kit.plates[kit.pins[name][1]]
         place, turn = frame.get(plate.name, (np.zeros(2), 0.0))
         here = place + turned(turn) @ plate.holes[name]
         pin = CutPart(f"pin {name}", Loop(np.zeros((1, 2)), kit.sizes.pin / 2))
-        found.append(PlacedPart(pin.name, pin, here, 0.0, low * t, (high + 1) * t))
+        found.append(PlacedPart(pin, here, 0.0, low * t, (high + 1) * t))
         for layer in stack.spacers.get(name, ()):
-            ends = layer * t, (layer + 1) * t
-            found.append(PlacedPart(f"spacer {name}", one, here, 0.0, *ends))
+            spacer = replace(one, name=f"spacer {name}")
+            found.append(PlacedPart(spacer, here, 0.0, layer * t, (layer + 1) * t))
     return found
-
-
-def _flat(parts: list[CutPart], kit: Kit) -> str:
-    """Return the parts side by side as they are printed."""
-    placed, _ = _placed(parts, kit)
-    pieces = [CutPart(part.name, outline, holes) for part, outline, holes in placed]
-    return "".join(
-        solid(piece.name, piece, np.zeros(2), 0.0, 0.0, kit.sizes.thickness) for piece in pieces
-    )

@@ -15,7 +15,8 @@ import numpy as np
 from mechdae.describe.expression import evaluate
 from mechdae.draw.diagram.wheels import pitch_radii
 from mechdae.errors import InputError, UnavailableError
-from mechdae.parts.exchange.workshop.bodies import Rigid
+from mechdae.parts.exchange.workshop.bodies import Rigid, connected
+from mechdae.parts.exchange.workshop.outlines import turned
 from mechdae.parts.exchange.workshop.teeth import Teeth, addendum, contact_ratio, least_gap
 from mechdae.tasks import ExportedMotion
 from mechdae.types import Floats
@@ -116,16 +117,7 @@ class Gearing:
 
     def trains(self) -> list[list[WheelPair]]:
         """Return the meshes by trains: of one train each wheel drives each other one."""
-        found: list[list[WheelPair]] = []
-        for mesh in self.meshes:
-            mine = [mesh]
-            for known in list(found):
-                wheels = [w for m in known for w in (m.one, m.mate)]
-                if mesh.one in wheels or mesh.mate in wheels:
-                    found.remove(known)
-                    mine = known + mine
-            found.append(mine)
-        return found
+        return connected(self.meshes, lambda a, b: bool({a.one, a.mate} & {b.one, b.mate}))
 
 
 def gearing_of(motion: ExportedMotion, rigid: Rigid, given: dict[str, float]) -> Gearing:
@@ -142,47 +134,33 @@ def gearing_of(motion: ExportedMotion, rigid: Rigid, given: dict[str, float]) ->
             make = _pair if joint.wheels == 2 else _rack
             found.meshes.append(make(motion, rigid, name, found))
     values = motion.mechanism.parameter_values
-    counted: dict[Wheel, int] = {}
     for mesh in found.meshes:
         counts = getattr(motion.mechanism.joints[mesh.joint], "teeth", None)
         if counts is not None:
             smaller, larger = sorted(round(evaluate(count, values)) for count in counts)
-            counted[mesh.one], counted[mesh.mate] = smaller, larger
+            mesh.one.count, mesh.mate.count = smaller, larger
     trains = found.trains()
-    free = [train for train in trains if not any(m.one in counted for m in train)]
     for option in ("module", "teeth"):
-        if option in given and not free:
+        if option in given and all(any(m.one.count for m in train) for train in trains):
             raise InputError("no teeth that the file leaves open", where=option)
     for train in trains:
-        _teeth(train, counted, given)
+        _teeth(train, given)
     return found
-
-
-def _values(motion: ExportedMotion, name: str) -> tuple[float | None, float]:
-    values = motion.mechanism.values()
-    return values.get(f"{name}.backlash"), values[f"{name}.pressure_angle"]
-
-
-def _constant(lengths: Floats, name: str, what: str) -> float:
-    """Return a length that is the same in all poses."""
-    low, high = float(lengths.min()), float(lengths.max())
-    if high - low > SAME * max(abs(low), abs(high)) or high == 0:
-        raise UnavailableError(
-            f"{what} of the wheels is between {low * 1e3:.6g} mm and {high * 1e3:.6g} mm: "
-            "teeth need one above 0 in all poses",
-            where=f"joints.{name}",
-        )
-    return float(lengths.mean())
 
 
 def _pair(motion: ExportedMotion, rigid: Rigid, name: str, gearing: Gearing) -> WheelPair:
     joint, values = motion.mechanism.joints[name], motion.mechanism.values()
-    ends, bodies = (
-        (joint.first, joint.second),
-        [rigid.root(b) for b in (joint.first_body, joint.second_body)],
-    )
+    ends = joint.first, joint.second
+    bodies = [rigid.root(body) for body in (joint.first_body, joint.second_body)]
     way = rigid.place(joint.second) - rigid.place(joint.first)
-    far = _constant(np.hypot(*way.T), name, "the distance")
+    lengths = np.hypot(*way.T)
+    low, high, far = float(lengths.min()), float(lengths.max()), float(lengths.mean())
+    if high - low > SAME * high or high == 0:
+        raise UnavailableError(
+            f"the distance of the wheels is between {low * 1e3:.6g} mm and {high * 1e3:.6g} mm: "
+            "teeth need one above 0 in all poses",
+            where=f"joints.{name}",
+        )
     ratio = values[f"{name}.ratio"]
     radii = pitch_radii(far, ratio)
     if radii is None:
@@ -200,7 +178,7 @@ def _pair(motion: ExportedMotion, rigid: Rigid, name: str, gearing: Gearing) -> 
         toward + (np.pi if ratio < 0 and k else 0.0) - rigid.angle(body)
         for k, body in enumerate(bodies)
     ]
-    backlash, pressure = _values(motion, name)
+    backlash, pressure = values.get(f"{name}.backlash"), values[f"{name}.pressure_angle"]
     if f"{name}.backlash_angle" in values:
         backlash = values[f"{name}.backlash_angle"] * radii[0]
     k = int(radii[0] > radii[1])
@@ -216,8 +194,7 @@ def _rack(motion: ExportedMotion, rigid: Rigid, name: str, gearing: Gearing) -> 
     radius = abs(signed)
     way = values[f"{name}.axis"] + rigid.turn(joint.second_body)
     way += 0.0 if signed > 0 else np.pi
-    along = np.array([np.cos(way), np.sin(way)])
-    up = np.array([-along[1], along[0]])
+    along, up = turned(way).T
     centre = rigid.seen(joint.first, joint.second)
     height, where = centre @ up, centre @ along
     if np.ptp(height) > SAME * radius:
@@ -230,14 +207,15 @@ def _rack(motion: ExportedMotion, rigid: Rigid, name: str, gearing: Gearing) -> 
     reach = float(where.min()), float(where.max())
     rack = Wheel(bodies[1], line, np.inf, way=way, reach=reach)
     gearing.wheels.append(rack)
-    turned = way - np.pi / 2 + rigid.angle(bodies[1]) - rigid.angle(bodies[0])
-    return WheelPair(name, wheel, rack, radius, *_values(motion, name), (turned, where))
+    turns = way - np.pi / 2 + rigid.angle(bodies[1]) - rigid.angle(bodies[0])
+    backlash, pressure = values.get(f"{name}.backlash"), values[f"{name}.pressure_angle"]
+    return WheelPair(name, wheel, rack, radius, backlash, pressure, (turns, where))
 
 
 # -- numbers of teeth ----------------------------------------------------------------------
 
 
-def _teeth(train: list[WheelPair], counted: dict[Wheel, int], given: dict[str, float]) -> None:
+def _teeth(train: list[WheelPair], given: dict[str, float]) -> None:
     """Give all wheels of a train their teeth."""
     pressures = {mesh.pressure for mesh in train}
     where = f"joints.{train[0].joint}"
@@ -245,11 +223,11 @@ def _teeth(train: list[WheelPair], counted: dict[Wheel, int], given: dict[str, f
         raise UnavailableError("wheels of one train have several pressure angles", where=where)
     (pressure,) = pressures
     wheels = [*dict.fromkeys(w for m in train for w in (m.one, m.mate) if not w.straight)]
-    reasons = []
-    for module in _modules(wheels, counted, pressure, given, where):
-        for wheel in wheels:
+    counts, reasons = [wheel.count for wheel in wheels], []
+    for module in _modules(wheels, pressure, given, where):
+        for wheel, count in zip(wheels, counts, strict=True):
             exact = 2 * wheel.radius / module
-            wheel.count = counted.get(wheel, round(exact))
+            wheel.count = count or round(exact)
             if abs(exact - wheel.count) > 1e-6:
                 raise UnavailableError(
                     f"with the module {module * 1e3:.6g} mm of this train a wheel of "
@@ -263,16 +241,12 @@ def _teeth(train: list[WheelPair], counted: dict[Wheel, int], given: dict[str, f
 
 
 def _modules(
-    wheels: list[Wheel],
-    counted: dict[Wheel, int],
-    pressure: float,
-    given: dict[str, float],
-    where: str,
+    wheels: list[Wheel], pressure: float, given: dict[str, float], where: str
 ) -> list[float]:
     """Return the modules that are tried, the best one first."""
-    named = [wheel for wheel in wheels if wheel in counted]
-    if named:
-        return [2 * named[0].radius / counted[named[0]]]
+    for wheel in wheels:
+        if wheel.count:
+            return [2 * wheel.radius / wheel.count]
     least = min(wheels, key=lambda wheel: wheel.radius)
     shares = [
         Fraction(wheel.radius / least.radius).limit_denominator(MOST_TEETH) for wheel in wheels
@@ -300,7 +274,7 @@ def _modules(
         times = max(1, round(2 * least.radius / given["module"] / smallest))
         return [2 * least.radius / (smallest * times)]
     uncut = ceil(2 / np.sin(pressure) ** 2 - 1e-9)
-    first = -(-uncut // smallest)
+    first = ceil(uncut / smallest)
     return [2 * least.radius / (smallest * k) for k in range(first, first + TRIED)]
 
 
@@ -317,9 +291,7 @@ def _phased(train: list[WheelPair], module: float, pressure: float, given: dict[
         if off > IN_PHASE:
             return f"joints.{mesh.joint}: teeth leave each other by {off:.4g} pitches"
         sense, want = mesh.sense, float(sums[0]) - 0.5
-        play = mesh.given
-        if play is None:
-            play = given.get("backlash", BACKLASH * module)
+        play = given.get("backlash", BACKLASH * module) if mesh.given is None else mesh.given
         mesh.backlash = play
         for one, mate in ((mesh.one, mesh.mate), (mesh.mate, mesh.one)):
             if one in phases and mate not in phases:
@@ -350,11 +322,11 @@ def _made(wheel: Wheel, module: float, pressure: float, phase: float, thin: floa
             wheel.place, wheel.count, wheel.radius, module, pressure, turn, thin, wheel.inside
         )
     pitch, (begin, end) = np.pi * module, wheel.reach
-    wheel.count = ceil((end - begin + 2 * module / np.tan(pressure)) / pitch) + 1
-    start = (phase + (wheel.count - 1) / 2) * pitch
+    count = ceil((end - begin + 2 * module / np.tan(pressure)) / pitch) + 1
+    start = (phase + (count - 1) / 2) * pitch
     middle = start + round(((begin + end) / 2 - start) / pitch) * pitch
-    along = middle * np.array([np.cos(wheel.way), np.sin(wheel.way)])
-    return Teeth(wheel.place + along, wheel.count, np.inf, module, pressure, wheel.way, thin)
+    place = wheel.place + middle * turned(wheel.way)[:, 0]
+    return Teeth(place, count, np.inf, module, pressure, wheel.way, thin)
 
 
 def _passing(train: list[WheelPair]) -> str:
@@ -379,8 +351,7 @@ def _meets(mesh: WheelPair) -> str:
     one, mate = mesh.one.teeth, mesh.mate.teeth
     module, where = one.module, f"joints.{mesh.joint}"
     for teeth in (one, mate):
-        tip = float(teeth.breadth(teeth.top)) if teeth.straight else float(teeth.half(teeth.high))
-        if min(tip, teeth.tip) <= 0:
+        if min(float(teeth.half(teeth.high)), teeth.tip) <= 0:
             return f"{where}: {teeth.count} teeth of this pressure angle and backlash are pointed"
     mesh.ratio = contact_ratio(one, mate, mesh.far)
     if mesh.ratio < 1:

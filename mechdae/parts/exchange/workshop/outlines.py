@@ -138,7 +138,7 @@ class Loop(Outline):
         return found
 
 
-def turned(angle: float) -> Floats:
-    """Return the matrix that turns vectors by an angle."""
+def turned(angle: Floats | float) -> Floats:
+    """Return the matrix that turns vectors by an angle, (2, 2), or those of angles, (n, 2, 2)."""
     cos, sin = np.cos(angle), np.sin(angle)
-    return np.array([[cos, -sin], [sin, cos]])
+    return np.moveaxis(np.array([[cos, -sin], [sin, cos]]), (0, 1), (-2, -1))

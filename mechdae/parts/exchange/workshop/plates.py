@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import combinations
 
@@ -12,7 +12,7 @@ from mechdae.describe import GROUND, Joint
 from mechdae.draw.diagram.places import hull as corners_of
 from mechdae.errors import InputError, UnavailableError
 from mechdae.numerics.polygons import polygon_gaps
-from mechdae.parts.exchange.workshop.bodies import Rigid
+from mechdae.parts.exchange.workshop.bodies import Rigid, connected
 from mechdae.parts.exchange.workshop.gearing import Gearing, Wheel, WheelPair, gearing_of
 from mechdae.parts.exchange.workshop.outlines import Loop, turned
 from mechdae.parts.exchange.workshop.teeth import Teeth, ToothedLoop
@@ -36,7 +36,7 @@ HUB = 0.5
 """Diameter of pins at most, where none is given, as a share of the least root circle's radius."""
 DOWELS = 12
 """Directions of the two dowels of a wheel that are tried."""
-UNLIKE, ARMS = (0.0, 1.95, 4.1), np.array([1.0, 1.12])
+UNLIKE, ARMS = np.array([0.0, 1.95, 4.1]), np.array([1.0, 1.12])
 """Angles of a ring's dowels, arms of a wheel's: unlike, so that it fits in one way only."""
 
 
@@ -115,26 +115,24 @@ class Plate:
 
 
 @dataclass(frozen=True)
-class KitPin:
-    """A pin through two plates: their names, and where it is in that of the second one."""
-
-    name: str
-    plates: tuple[str, str]
-
-
-@dataclass(frozen=True)
 class Kit:
     """All plates and pins of a mechanism; the frame's plate is that of the ground."""
 
     plates: dict[str, Plate]
-    pins: dict[str, KitPin]
     sizes: PartSizes
-    clearances: dict[str, float] = field(default_factory=dict)
+    clearances: dict[str, float]
     """Of joints that the file gives one."""
-    dowels: dict[str, tuple[str, str]] = field(default_factory=dict)
+    pins: dict[str, tuple[str, str]] = field(default_factory=dict)
+    """The two plates that a pin is in; its place is known in the second one."""
+    dowels: set[str] = field(default_factory=set)
     """Pins that hold a wheel to the plate of its body, without clearance."""
     meshes: list[tuple[str, str, WheelPair]] = field(default_factory=list)
     """Plates whose teeth mesh."""
+
+    def put(self, pin: str, first: Plate, second: Plate, here: Floats, there: Floats) -> None:
+        """Put a pin through two plates, at places in their frames."""
+        self.pins[pin] = first.name, second.name
+        first.holes[pin], second.holes[pin] = here, there
 
     def hole(self, pin: str) -> float:
         """Return the radius of a hole or slot: with the clearance of its joint where it has one."""
@@ -150,33 +148,23 @@ class Kit:
 
     def trains(self) -> dict[str, str]:
         """Return for each plate the one that stands for all in its layer: those of a gear train."""
-        found = {name: name for name in self.plates}
-        for one, other, _ in self.meshes:
-            into, gone = found[one], found[other]
-            found = {name: into if at == gone else at for name, at in found.items()}
-        return found
+        meshing = [{one, mate} for one, mate, _ in self.meshes]
+        groups = connected(self.plates, lambda one, other: {one, other} in meshing)
+        return {name: group[0] for group in groups for name in group}
 
     @cached_property
     def shafts(self) -> list[list[str]]:
         """Pins by the shaft that they are on: those at one place of a link are one."""
-        found: list[list[str]] = []
-        for name in self.pins:
-            mine = [name]
-            for known in list(found):
-                if any(self._same(name, other) for other in known):
-                    found.remove(known)
-                    mine = known + mine
-            found.append(mine)
-        return found
+        return connected(self.pins, self._same)
 
     def _same(self, one: str, other: str) -> bool:
-        shared = set(self.pins[one].plates) & set(self.pins[other].plates)
+        shared = set(self.pins[one]) & set(self.pins[other])
         holes = [self.plates[plate].holes for plate in shared]
         return any(one in at and other in at and np.array_equal(at[one], at[other]) for at in holes)
 
     def on_shaft(self, pins: list[str]) -> set[str]:
         """Return the plates on a shaft."""
-        return {plate for pin in pins for plate in self.pins[pin].plates}
+        return {plate for pin in pins for plate in self.pins[pin]}
 
 
 def hull(points: Points) -> Points:
@@ -225,37 +213,30 @@ def kit_of(motion: ExportedMotion, given: dict[str, float]) -> Kit:
         at = places.setdefault(rigid.root(body), [])
         at += [rigid.local(r) for r in references if body != GROUND or r in used]
     plates = {b: Plate(b, b, hull(np.array(p).reshape(-1, 2))) for b, p in places.items()}
-    pins: dict[str, KitPin] = {}
+    clearances = {n: values[key] for n in mechanism.joints if (key := f"{n}.clearance") in values}
+    kit = Kit(plates, sizes, clearances)
     for name, joint in mechanism.joints.items():
         first, second = (plates[rigid.root(b)] for b in (joint.first_body, joint.second_body))
         if joint.hinge:
-            pins[name] = KitPin(name, (first.name, second.name))
-            first.holes[name], second.holes[name] = map(rigid.local, (joint.first, joint.second))
+            kit.put(name, first, second, rigid.local(joint.first), rigid.local(joint.second))
         elif joint.bar:
             bar = Plate(name, None, np.zeros((0, 2)), ends=(joint.first, joint.second))
             length = values[f"{name}.length"]
             for k, (plate, reference) in enumerate(((first, joint.first), (second, joint.second))):
-                pin, here = f"{name}.{k + 1}", np.array([k * length, 0.0])
-                pins[pin] = KitPin(pin, (plate.name, name))
-                plate.holes[pin], bar.holes[pin] = rigid.local(reference), here
+                here = np.array([k * length, 0.0])
+                kit.put(f"{name}.{k + 1}", plate, bar, rigid.local(reference), here)
                 bar.add(here)
             plates[name] = bar
         elif joint.straight:
-            _guide(rigid, name, joint, plates, pins, sizes)
-    given_by_file = {
-        name: values[f"{name}.clearance"]
-        for name in mechanism.joints
-        if f"{name}.clearance" in values
-    }
+            _guide(rigid, joint, first, second, kit)
     for plate in plates.values():
         for pin, place in plate.holes.items():  # what is one place but for rounding is one
             near = (p for p in plate.holes.values() if np.hypot(*(p - place)) <= SAME * sizes.pin)
             plate.holes[pin] = next(near)
-    made = Kit(plates, pins, sizes, given_by_file)
-    names = {wheel: _wheel(wheel, gearing, made) for wheel in gearing.wheels}
-    made.meshes.extend((names[m.one], names[m.mate], m) for m in gearing.meshes)
-    _check(made)
-    return made
+    names = {wheel: _wheel(wheel, gearing, kit) for wheel in gearing.wheels}
+    kit.meshes.extend((names[m.one], names[m.mate], m) for m in gearing.meshes)
+    _check(kit)
+    return kit
 
 
 def _wheel(wheel: Wheel, gearing: Gearing, kit: Kit) -> str:
@@ -279,13 +260,11 @@ def _wheel(wheel: Wheel, gearing: Gearing, kit: Kit) -> str:
     if turning:
         for pin, place in list(base.holes.items()):
             if np.hypot(*(place - wheel.place)) <= SAME * sizes.pin:
-                kit.pins[f"{pin}.{name}"] = KitPin(f"{pin}.{name}", (name, base.name))
-                plate.holes[f"{pin}.{name}"] = base.holes[f"{pin}.{name}"] = place
+                kit.put(f"{pin}.{name}", plate, base, place, place)
     for k, place in enumerate(_dowels(base, teeth, kit)):
         pin = f"{name}.{k + 1}"
-        kit.pins[pin] = KitPin(pin, (name, base.name))
-        kit.dowels[pin] = name, base.name
-        plate.holes[pin] = base.holes[pin] = place
+        kit.put(pin, plate, base, place, place)
+        kit.dowels.add(pin)
         base.add(place)
     return name
 
@@ -299,14 +278,12 @@ def _dowels(base: Plate, teeth: Teeth, kit: Kit) -> list[Floats]:
     shares = np.arange(DOWELS) / DOWELS
     if teeth.straight:
         half = teeth.count * teeth.pitch / 2 - sizes.width / 2
-        places = [np.array([[s - 1, 0.0], [1 - s, 0.0]]) * half for s in 0.9 * shares]
-        depth = np.array([0.0, teeth.bottom - sizes.width / 2])
-        places = [at + depth for at in places]
-        first = teeth.phase
+        depth = teeth.bottom - sizes.width / 2
+        ends = [np.array([[-x, depth], [x, depth]]) for x in half * (1 - 0.9 * shares)]
+        places = [at @ turned(-teeth.phase) for at in ends]
     elif teeth.inside:
         rim = teeth.high + sizes.width / 2
-        places = [rim * _directions(UNLIKE, np.pi / 2 + 2 * np.pi / 3 * s) for s in shares]
-        first = 0.0
+        places = [rim * turned(np.pi / 2 + 2 * np.pi / 3 * s + UNLIKE)[..., 0] for s in shares]
     elif room > teeth.low:
         raise InputError(
             f"a wheel of {base.name} with {teeth.count} teeth has no room for two dowels of "
@@ -316,50 +293,34 @@ def _dowels(base: Plate, teeth: Teeth, kit: Kit) -> list[Floats]:
         )
     else:
         arm = max(far, min(0.5 * teeth.low, 2 * far))
-        places = [arm * ARMS[:, None] * _directions((0.0, np.pi), np.pi * s) for s in shares]
-        first = 0.0
+        opposite = np.array([0.0, np.pi])
+        places = [arm * ARMS[:, None] * turned(np.pi * s + opposite)[..., 0] for s in shares]
     others = [place[None] for place in base.holes.values()] + list(base.slots.values())
-    best: tuple[float, Points] = (-1.0, np.zeros((0, 2)))
-    for at in places:
-        here = teeth.place + at @ turned(first).T
-        away = [
-            float(polygon_gaps(p[None, None], other[None])[0]) for p in here for other in others
-        ]
-        nearest = min([*away, far])
-        if nearest > best[0] * (1 + SAME):
-            best = nearest, here
-    return list(best[1])
+
+    def room_at(here: Points) -> float:
+        gaps = [float(polygon_gaps(p[None, None], hole[None])[0]) for p in here for hole in others]
+        return round(min([*gaps, far]) / far, 6)  # but for rounding
+
+    best: Points = max((teeth.place + at for at in places), key=room_at)
+    return list(best)
 
 
-def _directions(angles: tuple[float, ...], first: float) -> Points:
-    """Return directions at angles from a first one, (n, 2)."""
-    return np.array([(np.cos(first + angle), np.sin(first + angle)) for angle in angles])
-
-
-def _guide(
-    rigid: Rigid,
-    name: str,
-    joint: Joint,
-    plates: dict[str, Plate],
-    pins: dict[str, KitPin],
-    sizes: PartSizes,
-) -> None:
+def _guide(rigid: Rigid, joint: Joint, first: Plate, second: Plate, kit: Kit) -> None:
     """Add a slot in the first link and the pins of the second one that slide in it."""
-    first, second = (plates[rigid.root(b)] for b in (joint.first_body, joint.second_body))
+    name, sizes = joint.name, kit.sizes
     angle = rigid.values[f"{name}.axis"] + rigid.turn(joint.first_body)
-    along = np.array([np.cos(angle), np.sin(angle)])
+    along, across = turned(angle).T
     turns = [float(rigid.angle(plate.name)[0]) for plate in (first, second)]
     inside = rigid.seen(joint.second, joint.first)
     slide = inside @ along
-    across = np.array([-along[1], along[0]])
     line = across * float(np.mean(inside @ across))
     middle = rigid.local(joint.second)
     half = sizes.width / 2 if joint.keeps_angle else 0.0
     way = angle + turns[0] - turns[1]
     for k, side in enumerate((-1, 1) if joint.keeps_angle else (0,)):
         pin = f"{name}.{k + 1}" if joint.keeps_angle else name
-        pins[pin] = KitPin(pin, (first.name, second.name))
-        here = middle + side * half * np.array([np.cos(way), np.sin(way)])
+        kit.pins[pin] = first.name, second.name
+        here = middle + side * half * turned(way)[:, 0]
         second.holes[pin] = here
         second.add(here)
     rest = half + sizes.pin / 2 + float(np.ptp(slide)) / max(len(slide) - 1, 1)
@@ -409,35 +370,30 @@ def _check(kit: Kit) -> None:
             hint=f"at least {2e3 * WALL * largest:.4g} mm",
         )
     for plate in kit.plates.values():
-        names = list(plate.holes)
-        for i, one in enumerate(names):
-            for other in names[i + 1 :]:
-                far = float(np.hypot(*(plate.holes[one] - plate.holes[other])))
-                if 0 < far < (kit.hole(one) + kit.hole(other)) * WALL:
-                    raise InputError(
-                        f"holes {one} and {other} of {plate.name} are {far * 1e3:.4g} mm apart, "
-                        f"pins are {sizes.pin * 1e3:.4g} mm thick",
-                        where="pin",
-                        hint=f"at most {1e3 * far / WALL - 2e3 * sizes.clearance:.4g} mm",
-                    )
-        if plate.name != GROUND:
-            check_slots(plate, sizes)
+        check_holes(plate if plate.name != GROUND else replace(plate, slots={}), kit)
 
 
-def check_slots(plate: Plate, sizes: PartSizes) -> None:
-    """Raise for slots that meet holes or each other."""
+def check_holes(plate: Plate, kit: Kit) -> None:
+    """Raise for holes and slots of a plate that meet."""
+    sizes = kit.sizes
     loops = {name: place[None] for name, place in plate.holes.items()}
     loops |= {f"slot {name}": ends for name, ends in plate.slots.items()}
     for one, other in combinations(loops, 2):
-        if not (one.startswith("slot") or other.startswith("slot")):
-            continue
         far = float(polygon_gaps(loops[one][None], loops[other][None])[0])
-        if far < 2 * sizes.hole * WALL:
+        apart = f"{one} and {other} of {plate.name} are {far * 1e3:.4g} mm apart"
+        widest = 1e3 * far / WALL - 2e3 * sizes.clearance
+        if one in plate.holes and other in plate.holes:
+            if 0 < far < (kit.hole(one) + kit.hole(other)) * WALL:
+                raise InputError(
+                    f"holes {apart}, pins are {sizes.pin * 1e3:.4g} mm thick",
+                    where="pin",
+                    hint=f"at most {widest:.4g} mm",
+                )
+        elif far < 2 * sizes.hole * WALL:
             raise UnavailableError(
-                f"{one} and {other} of {plate.name} are {far * 1e3:.4g} mm apart: "
-                "they would be one hole",
+                f"{apart}: they would be one hole",
                 where=f"bodies.{plate.name}" if plate.name != GROUND else "ground",
-                hint=f"--pin below {1e3 * far / WALL - 2e3 * sizes.clearance:.4g} mm"
+                hint=f"--pin below {widest:.4g} mm"
                 if far > 0
                 else "offset one of them along the axis in another link",
             )

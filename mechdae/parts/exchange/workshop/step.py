@@ -60,7 +60,7 @@ class StepSolids:
         tool = a["XCAFDoc_DocumentTool"].ShapeTool_s(document.Main())
         for part in parts:
             label = tool.AddShape(self.solid(part), False)
-            a["TDataStd_Name"].Set_s(label, a["TCollection_ExtendedString"](part.name))
+            a["TDataStd_Name"].Set_s(label, a["TCollection_ExtendedString"](part.part.name))
         writer = a["STEPCAFControl_Writer"]()
         writer.Transfer(document)
         with tempfile.TemporaryDirectory() as folder:

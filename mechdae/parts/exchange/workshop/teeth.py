@@ -73,33 +73,33 @@ class Teeth:
         return not np.isfinite(self.radius)
 
     @property
+    def sense(self) -> int:
+        """Whether tips are farther out than roots: 1, of a ring -1."""
+        return -1 if self.inside else 1
+
+    @property
     def base(self) -> float:
-        """Radius of the base circle."""
-        return self.radius * float(np.cos(self.pressure))
+        """Radius of the base circle; of a rack the cosine of the pressure angle."""
+        return (1.0 if self.straight else self.radius) * float(np.cos(self.pressure))
 
     @property
     def top(self) -> float:
         """Radius of the tips; of a rack their height."""
-        if self.straight:
-            return self.tip
-        return self.radius + (-self.tip if self.inside else self.tip)
+        return (0.0 if self.straight else self.radius) + self.sense * self.tip
 
     @property
     def bottom(self) -> float:
         """Radius of the roots; of a rack their height."""
-        deep = ROOT * self.module
-        if self.straight:
-            return -deep
-        return self.radius + (deep if self.inside else -deep)
+        return (0.0 if self.straight else self.radius) - self.sense * ROOT * self.module
 
     @property
     def low(self) -> float:
-        """Least radius of the region's teeth."""
+        """Least radius of the region's teeth; of a rack their least height."""
         return min(self.top, self.bottom)
 
     @property
     def high(self) -> float:
-        """Largest radius of the region's teeth."""
+        """Largest radius of the region's teeth; of a rack their largest height."""
         return max(self.top, self.bottom)
 
     @property
@@ -107,23 +107,35 @@ class Teeth:
         """Angle of a pitch; of a rack its length."""
         return np.pi * self.module if self.straight else 2 * np.pi / self.count
 
+    @property
+    def tangent(self) -> float:
+        """Length of a tangent of the base circle up to the tips."""
+        return float(np.sqrt(max(self.top**2 - self.base**2, 0.0)))
+
     @cached_property
     def wide(self) -> float:
-        """Half of the angle of a region's tooth on the base circle."""
-        thin = -self.thin if self.inside else self.thin
+        """Half of the angle of a region's tooth on the base circle; of a rack of its breadth."""
+        if self.straight:
+            return self.pitch / 4 - self.thin / 2
+        thin = self.sense * self.thin
         return float(self.pitch / 4 - thin / (2 * self.radius) + involute(self.pressure))
 
-    def half(self, radius: Floats | float, by: float = 0.0) -> Floats:
-        """Return half of the angle of the region's tooth at radii, radial below the base circle."""
-        at = np.maximum(np.asarray(radius, float), self.base)
-        found: Floats = self.wide + by / self.base - involute(np.arccos(self.base / at))
-        return found
+    def half(self, height: Floats | float, by: float = 0.0) -> Floats:
+        """Return half of the angle of the region's tooth at radii, radial below the base circle.
 
-    def breadth(self, height: Floats | float) -> Floats:
-        """Return half of the breadth of a rack's tooth at heights above the pitch line."""
-        middle = self.pitch / 4 - self.thin / 2
-        found: Floats = middle - np.asarray(height, float) * np.tan(self.pressure)
-        return found
+        Of a rack half of its breadth at heights. The outline is `by` larger.
+        """
+        at = np.asarray(height, float)
+        if self.straight:
+            slope: Floats = at * np.tan(self.pressure)
+        else:
+            slope = involute(np.arccos(self.base / np.maximum(at, self.base)))
+        return self.wide + by / self.base - slope
+
+    def height(self, points: Points) -> Floats:
+        """Return the radii of points (..., 2) from `place`; of a rack their heights."""
+        found: Floats = np.hypot(points[..., 0], points[..., 1])
+        return points[..., 1] if self.straight else found
 
     def gaps(self, points: Points) -> Floats:
         """Return how far points (n, 2) are from the material at least, below 0 inside of it.
@@ -131,29 +143,20 @@ class Teeth:
         Points are from `place`, turned so that a tooth's middle is on the x axis; of a rack the
         pitch line is.
         """
-        found: Floats
-        if self.straight:
-            x, height = points.T
-            along = np.abs((x / self.pitch + 0.5) % 1 - 0.5) * self.pitch
-            side = (along - self.breadth(height)) * np.cos(self.pressure)
-            found = np.maximum(np.minimum(side, height - self.bottom), height - self.top)
-            return found
-        radius = np.hypot(points[:, 0], points[:, 1])
-        start = 0.5 if self.inside else 0.0  # the middle of a ring's space
-        share = np.arctan2(points[:, 1], points[:, 0]) / self.pitch - start
-        angle = np.abs((share + 0.5) % 1 - 0.5) * self.pitch
-        side = np.minimum(radius, self.base) * (angle - self.half(radius))
-        if self.inside:
-            found = np.maximum(np.minimum(-side, self.high - radius), self.low - radius)
-        else:
-            found = np.maximum(np.minimum(side, radius - self.low), radius - self.high)
+        height, start = self.height(points), 0.5 if self.inside else 0.0  # a ring's space
+        place = points[:, 0] if self.straight else np.arctan2(points[:, 1], points[:, 0])
+        off = np.abs((place / self.pitch - start + 0.5) % 1 - 0.5) * self.pitch
+        arm = self.base if self.straight else np.minimum(height, self.base)
+        side = self.sense * arm * (off - self.half(height))
+        above_root, above_tip = (self.sense * (height - end) for end in (self.bottom, self.top))
+        found: Floats = np.maximum(np.minimum(side, above_root), above_tip)
         return found
 
     @property
     def note(self) -> str:
         """What they are, for the list of parts [mm, deg]."""
-        found = f"{self.count} teeth; module {self.module * 1e3:.6g} mm; pressure angle "
-        found += (
+        found = (
+            f"{self.count} teeth; module {self.module * 1e3:.6g} mm; pressure angle "
             f"{np.degrees(self.pressure):.6g} deg; addendum {self.tip / self.module:.4g} modules"
         )
         if not self.straight and not self.inside and self.low < self.base:
@@ -182,16 +185,15 @@ class Teeth:
     def _tooth(self, middle: float, by: float) -> list[CircularArc | Bend]:
         """Return a tooth: half of a root, flank, tip, flank, half of a root."""
         low, high = self.low + by, self.high + by
-        first, last = (
-            float(np.sqrt(max((r / self.base) ** 2 - 1, 0.0))) for r in (max(low, self.base), high)
-        )
+        ends = np.maximum([low, high], self.base) / self.base
+        first, last = np.sqrt(ends**2 - 1).tolist()
         bound = self.base * (3 + last) / 384 / (SHAPE * self.module)
         rolls = np.linspace(first, last, 1 + max(2, int(np.ceil((last - first) * bound**0.25))))
         right = [self._bend(a, b, middle, by) for a, b in pairwise(rolls)]
         left = [bend.mirrored(self.place, middle) for bend in reversed(right)]
         foot = float(self.half(low, by))
         roots = [
-            self.place + turned(middle + angle) @ [low, 0.0]
+            self.place + low * turned(middle + angle)[:, 0]
             for angle in (-self.pitch / 2, -foot, foot, self.pitch / 2)
         ]
         return [
@@ -213,13 +215,12 @@ class Teeth:
     def _row(self, by: float, back: float) -> list[CircularArc | Bend]:
         """Return a rack: its teeth from the right to the left, then its back."""
         low, high = self.bottom + by, self.top + by
-        wider = by / np.cos(self.pressure)
         end = self.count * self.pitch / 2 + by
         corners = [(end, low)]
         for k in reversed(range(self.count)):
             middle = (k - (self.count - 1) / 2) * self.pitch
             for height, sense in ((low, 1), (high, 1), (high, -1), (low, -1)):
-                half = float(self.breadth(height - by)) + wider
+                half = float(self.half(height - by, by))
                 corners.append((middle + sense * half, height))
         corners += [(-end, low), (-end, low - back - 2 * by), (end, low - back - 2 * by)]
         places = self.place + np.array(corners) @ turned(self.phase).T
@@ -289,13 +290,11 @@ def addendum(one: Teeth, mate: Teeth, far: float) -> float:
 def contact_ratio(one: Teeth, mate: Teeth, far: float) -> float:
     """Return how many pairs of teeth are in contact in the mean; `one` is no ring or rack."""
     sin, cos = float(np.sin(one.pressure)), float(np.cos(one.pressure))
-    along = float(np.sqrt(max(one.top**2 - one.base**2, 0.0)))
     if mate.straight:
-        along += mate.tip / sin - one.radius * sin
+        beyond = mate.tip / sin - one.radius * sin
     else:
-        there = float(np.sqrt(max(mate.top**2 - mate.base**2, 0.0)))
-        along += far * sin - there if mate.inside else there - far * sin
-    return along / (np.pi * one.module * cos)
+        beyond = mate.sense * (mate.tangent - far * sin)
+    return (one.tangent + beyond) / (np.pi * one.module * cos)
 
 
 def least_gap(one: Teeth, mate: Teeth, far: float) -> tuple[float, float]:
@@ -305,49 +304,23 @@ def least_gap(one: Teeth, mate: Teeth, far: float) -> tuple[float, float]:
     pitch; the bound takes off how far the outline may get between them.
     """
     tooth, step = one.dense(), one.pitch / ROLLED
-    sense = -1.0 if mate.inside else 1.0
-    rate = 1.0 if mate.straight else 1 + sense * one.radius / mate.radius
+    rolled = np.linspace(0.0, one.pitch, ROLLED, endpoint=False)
+    ratio = mate.sense * one.radius / mate.radius  # 0 of a rack
+    start = np.pi / 2 if mate.straight else mate.pitch / 2 + (0.0 if mate.inside else np.pi)
+    frames = turned(start - ratio * rolled)
+    along = mate.pitch / 2 - one.radius * rolled if mate.straight else 0.0 * rolled
     least = bound = FAR * one.module
-    for k in _nearby(one, mate, far):
-        turn = (np.arange(ROLLED) * step + k * one.pitch)[:, None]
-        x, y = np.cos(turn), np.sin(turn)
-        points = np.stack(
-            [x * tooth[:, 0] - y * tooth[:, 1], y * tooth[:, 0] + x * tooth[:, 1]], -1
-        )
-        rolled = np.arange(ROLLED)[:, None] * step
-        if mate.straight:
-            along = points[..., 1] - one.radius * rolled + mate.pitch / 2
-            local = np.stack([along, one.radius - points[..., 0]], -1)
-            near = local[..., 1] < mate.top + FAR * one.module
-        else:
-            local = points - [sense * far, 0.0]
-            start = mate.pitch / 2 + (0.0 if mate.inside else np.pi)
-            there = -start + sense * one.radius / mate.radius * rolled
-            cos, sin = np.cos(there), np.sin(there)
-            a, b = local[..., 0], local[..., 1]
-            local = np.stack([cos * a - sin * b, sin * a + cos * b], -1)
-            size, close = np.hypot(a, b), FAR * one.module
-            near = size > mate.low - close if mate.inside else size < mate.high + close
-        if near.any():
+    half = one.count // 2 + 1
+    for teeth in (range(half), range(-1, -half, -1)):  # from the pitch point on, either way
+        for k in teeth:
+            points = tooth @ turned(-(rolled + k * one.pitch))
+            local = (points - [mate.sense * far, 0.0]) @ frames
+            local[..., 0] += along[:, None]
+            near = mate.sense * (mate.height(local) - mate.top) < FAR * one.module
+            if not near.any():
+                break
             gaps = mate.gaps(local[near])
             arm = np.hypot(*(points[near] - [one.radius, 0.0]).T)
             least = min(least, float(gaps.min()))
-            bound = min(bound, float((gaps - arm * rate * step / 2).min()))
+            bound = min(bound, float((gaps - arm * (1 + ratio) * step / 2).min()))
     return least, bound - DENSE * one.module / 2
-
-
-def _nearby(one: Teeth, mate: Teeth, far: float) -> list[int]:
-    """Return the teeth of a wheel that get near those of its mate within a pitch."""
-    turns = (np.arange(one.count) * one.pitch + np.pi) % (2 * np.pi) - np.pi
-    angle = np.maximum(np.abs(turns) - 1.5 * one.pitch, 0.0)
-    close = FAR * one.module
-    if mate.straight:
-        found = one.high * np.cos(angle) > one.radius - mate.top - close
-    elif mate.inside:
-        found = np.hypot(far + one.high * np.cos(angle), one.high * np.sin(angle)) > (
-            mate.low - close
-        )
-    else:
-        size = np.clip(far * np.cos(angle), one.low, one.high)
-        found = np.hypot(far - size * np.cos(angle), size * np.sin(angle)) < mate.high + close
-    return [int(k) for k in np.flatnonzero(found)]
