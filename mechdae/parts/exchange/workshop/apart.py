@@ -8,7 +8,7 @@ beginning is one throughout. Where it is not, the step is halved.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import combinations
 from typing import TYPE_CHECKING
@@ -190,10 +190,33 @@ class Motions:
         found = {}
         for name in kit.moving:
             plate = kit.plates[name]
-            place, turn = self._frame(_shape(self, plate, 0.0), y)
+            place, turn = self._frame(self.shape(plate, 0.0), y)
             angle = float(turn[0])
-            found[name] = place[0] - turned(angle) @ _reference(self, plate), angle
+            found[name] = place[0] - turned(angle) @ self.origin(plate), angle
         return found
+
+    def shape(self, plate: Plate, width: float) -> PlateShape:
+        """Return the shape of a plate of a width."""
+        radius = plate.outline(width).radius
+        if plate.body is None:
+            assert plate.ends is not None
+            first, second = plate.ends
+            return PlateShape(plate.name, None, first, plate.corners, radius, second)
+        corners = plate.corners - self.origin(plate)
+        free = plate.teeth.low if plate.teeth and plate.teeth.inside else 0.0
+        reference = self._reference(plate.body)
+        return PlateShape(plate.name, plate.body, reference, corners, radius, None, free)
+
+    def origin(self, plate: Plate) -> Floats:
+        """Return the place of a plate's reference point in its frame."""
+        if plate.body is None:
+            return np.zeros(2)
+        return np.array([self.values[f"{self._reference(plate.body)}.{axis}"] for axis in "xy"])
+
+    def _reference(self, body: str) -> str:
+        """Return a point of a body."""
+        points = [name[:-2] for name in self.values if name.startswith(f"{body}.")]
+        return next(p for p in points if body == GROUND or ("points", p) in self.columns)
 
     def travel(self, shape: PlateShape, changes: Floats) -> Floats:
         """Return how far any point of a shape gets at most in the steps, (n,)."""
@@ -254,65 +277,28 @@ def _gaps(motions: Motions, one: PlateShape, other: PlateShape, y: Floats) -> Fl
     return found
 
 
-def shapes_of(motions: Motions, kit: Kit) -> tuple[dict[str, PlateShape], dict[str, PlateShape]]:
-    """Return the shapes of plates that move, and of pins with their spacers, by name."""
-    width = kit.sizes.width
-    plates = {name: _shape(motions, kit.plates[name], width) for name in kit.moving}
+def pairs_of(motions: Motions, kit: Kit) -> list[tuple[PlateShape, PlateShape]]:
+    """Return pairs of plates without a common pin or teeth, and of plates with others' pins.
+
+    Pins are as wide as their spacers.
+    """
+    plates = {name: motions.shape(kit.plates[name], kit.sizes.width) for name in kit.moving}
     pins = {}
     for name, (_, second) in kit.pins.items():
         plate = kit.plates[second]
-        whole = _shape(motions, plate, width)
-        corners = (plate.holes[name] - _reference(motions, plate))[None]
-        radius = RING * kit.sizes.pin / 2
-        pins[name] = PlateShape(name, whole.body, whole.reference, corners, radius, whole.end)
-    return plates, pins
-
-
-def _shape(motions: Motions, plate: Plate, width: float) -> PlateShape:
-    radius = plate.outline(width).radius
-    if plate.body is None:
-        assert plate.ends is not None
-        first, second = plate.ends
-        return PlateShape(plate.name, None, first, plate.corners, radius, second)
-    corners = plate.corners - _reference(motions, plate)
-    free = plate.teeth.low if plate.teeth and plate.teeth.inside else 0.0
-    place = _point_of(motions, plate.body)
-    return PlateShape(plate.name, plate.body, place, corners, radius, None, free)
-
-
-def _point_of(motions: Motions, body: str) -> str:
-    if body == GROUND:
-        return next(name[:-2] for name in motions.values if name.startswith(f"{GROUND}."))
-    return next(
-        part for kind, part in motions.columns if kind == "points" and part.startswith(f"{body}.")
-    )
-
-
-def _reference(motions: Motions, plate: Plate) -> Floats:
-    if plate.body is None:
-        return np.zeros(2)
-    reference = _point_of(motions, plate.body)
-    return np.array([motions.values[f"{reference}.{axis}"] for axis in "xy"])
-
-
-def all_pairs(
-    kit: Kit, plates: dict[str, PlateShape], pins: dict[str, PlateShape]
-) -> tuple[list[tuple[PlateShape, PlateShape]], list[tuple[PlateShape, PlateShape]]]:
-    """Return pairs of plates without a common pin or teeth, those of plates and others' pins."""
-    joined = {frozenset(both) for both in kit.pins.values()}
-    joined |= {frozenset(mesh[:2]) for mesh in kit.meshes}
-    names = kit.moving
-    apart = [
-        (plates[a], plates[b]) for a, b in combinations(names, 2) if frozenset((a, b)) not in joined
-    ]
+        corners = (plate.holes[name] - motions.origin(plate))[None]
+        whole, radius = motions.shape(plate, 0.0), RING * kit.sizes.pin / 2
+        pins[name] = replace(whole, name=name, corners=corners, radius=radius, free=0.0)
+    joined = [set(both) for both in (*kit.pins.values(), *(mesh[:2] for mesh in kit.meshes))]
+    apart = [(plates[a], plates[b]) for a, b in combinations(plates, 2) if {a, b} not in joined]
     over = [
         (plates[name], pins[pin])
         for shaft in kit.shafts
         for pin in shaft
-        for name in names
+        for name in plates
         if name not in kit.on_shaft(shaft)
     ]
-    return apart, over
+    return apart + over
 
 
 @dataclass(frozen=True)
@@ -349,15 +335,14 @@ def stacked(motions: Motions, kit: Kit) -> Stack:
     UnavailableError
         No order of layers lets all plates pass; with a pair that meets.
     """
-    plates, pins = shapes_of(motions, kit)
-    apart, over = all_pairs(kit, plates, pins)
-    met = meetings(motions, [*apart, *over], kit.sizes.air)
+    met = meetings(motions, pairs_of(motions, kit), kit.sizes.air)
     train = kit.trains()
-    crossed = frozenset(frozenset((train[m.one], train[m.other])) for m in met if m.other in plates)
-    passed = frozenset((train[m.one], m.other) for m in met if m.other in pins)
+    links = [(train[m.one], train[m.other]) for m in met if m.other in kit.plates]
+    crossed = frozenset(map(frozenset, links))
+    passed = frozenset((train[m.one], m.other) for m in met if m.other in kit.pins)
     pairs = {pin: (train[first], train[second]) for pin, (first, second) in kit.pins.items()}
     for meeting in met:
-        if meeting.other in plates and train[meeting.one] == train[meeting.other]:
+        if meeting.other in kit.plates and train[meeting.one] == train[meeting.other]:
             raise UnavailableError(
                 f"{meeting.one} and {meeting.other} meet in the layer of their teeth",
                 where="bodies",
@@ -366,7 +351,7 @@ def stacked(motions: Motions, kit: Kit) -> Stack:
     names = tuple(dict.fromkeys(train[name] for name in kit.moving))
     found = fewest_layers(pairs, {}, LinksCrossing(names, crossed, passed))
     if isinstance(found, str):
-        worst = next((m for m in met if m.other in pins), None)
+        worst = next((m for m in met if m.other in kit.pins), None)
         hint = f"{worst.one} passes over {worst.other}" if worst else ""
         raise UnavailableError(found, where="bodies", hint=hint)
     return _stack(kit, found, met)

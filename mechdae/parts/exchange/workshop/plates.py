@@ -183,7 +183,7 @@ def kit_of(motion: ExportedMotion, given: dict[str, float]) -> Kit:
     UnavailableError
         A joint of which no parts are made, or a mechanism in space.
     InputError
-        PartSizes that do not fit, with the holes that meet.
+        Sizes that do not fit, with the holes that meet.
     """
     for name, value in given.items():
         least = name in ("clearance", "kerf", "air", "backlash")
