@@ -266,7 +266,7 @@ def test_expected_values_may_name_outputs() -> None:
     ]
     verdicts = check(from_dict(data))
     assert [verdict.met for verdict in verdicts] == [True, True, False, False]
-    assert "did you mean psi" in verdicts[3].note
+    assert "did you mean outputs/psi" in verdicts[3].note
 
 
 @pytest.mark.parametrize(

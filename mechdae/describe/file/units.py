@@ -26,7 +26,7 @@ from mechdae.describe.file.reading import (
     split_known,
     split_unit,
 )
-from mechdae.describe.mechanism import Mechanism
+from mechdae.describe.mechanism import WHOLE_UNITS, Mechanism
 from mechdae.describe.series_units import path_unit
 from mechdae.describe.tasks.kinds import Driven, Task
 from mechdae.describe.units import UNITS
@@ -48,7 +48,8 @@ def check_number(mechanism: Mechanism, name: str, suffix: str) -> None:
     """Raise for an automatic name given in a unit that is not that of its number."""
     last = name.split(".")[-1]
     if suffix and last not in mechanism.parameters:  # units of those follow from their uses alone
-        check_suffix(f"{last}{suffix}", dict(automatic_units(mechanism)).get(name), last)
+        unit = (WHOLE_UNITS | dict(automatic_units(mechanism))).get(name)
+        check_suffix(f"{last}{suffix}", unit, last)
 
 
 def check_parameters(
