@@ -518,7 +518,7 @@ def said(result: md.Result) -> str:
 
 
 def test_what_a_gap_does_without_is_said() -> None:
-    """Friction of guides that are open, forces of teeth, joints that stay ideal."""
+    """Friction of guides that are open, joints that stay ideal."""
     data = wheel_and_rack(start_speed={"wheel": 10.0})
     data["joints"]["guide"] |= {"friction": 0.1, "clearance": 1e-3}
     text = said(md.solve(from_dict(data), "m"))

@@ -196,7 +196,7 @@ class Touching:
         return self._behind(sticking, (0.0, x, v, np.zeros(lay.works)), signs, None)
 
     def _say_what_is_left_out(self) -> None:
-        """Note what joints with gaps do without: friction, forces of teeth, gaps of others."""
+        """Note what joints with gaps do without: friction, gaps of others."""
         model, values = self.setup.model, self.setup.model.mechanism.values()
         rubbing = {f.contact for f in self.setup.released.rubbing.feedbacks if f.friction}
         rub = {c.owner for i, c in enumerate(self.contacts) if i in rubbing}

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
-from math import ceil, gcd, lcm
+from math import ceil, lcm
 
 import numpy as np
 
@@ -65,8 +65,8 @@ class WheelPair:
     """Two wheels that mesh; the first one is no ring or rack, and not the larger one.
 
     ``angles`` are the directions of the pitch point in the frames of both, in each pose; of a rack
-    its place along it. ``given`` is the backlash of the joint, ``ratio`` the contact ratio, ``gap``
-    the least gap of teeth over a pitch and ``bound`` what it is proved to be at least.
+    its place along it. ``given`` is the backlash of the joint, ``ratio`` the contact ratio,
+    ``bound`` what the gap of teeth is proved to be at least over a pitch.
     """
 
     joint: str
@@ -78,7 +78,6 @@ class WheelPair:
     angles: tuple[Floats, Floats]
     backlash: float = 0.0
     ratio: float = 0.0
-    gap: float = 0.0
     bound: float = 0.0
 
     @property
@@ -217,11 +216,9 @@ def _rack(motion: ExportedMotion, rigid: Rigid, name: str, gearing: Gearing) -> 
 
 def _teeth(train: list[WheelPair], given: dict[str, float]) -> None:
     """Give all wheels of a train their teeth."""
-    pressures = {mesh.pressure for mesh in train}
-    where = f"joints.{train[0].joint}"
-    if len(pressures) > 1:
+    pressure, where = train[0].pressure, f"joints.{train[0].joint}"
+    if any(mesh.pressure != pressure for mesh in train):
         raise UnavailableError("wheels of one train have several pressure angles", where=where)
-    (pressure,) = pressures
     wheels = [*dict.fromkeys(w for m in train for w in (m.one, m.mate) if not w.straight)]
     counts, reasons = [wheel.count for wheel in wheels], []
     for module in _modules(wheels, pressure, given, where):
@@ -259,9 +256,7 @@ def _modules(
                 where=where,
                 hint="ratio, or teeth = [z1, z2] with mesh",
             )
-    whole = lcm(*(share.denominator for share in shares))
-    counts = [int(share * whole) for share in shares]
-    smallest = min(counts) // gcd(*counts)
+    smallest = lcm(*(share.denominator for share in shares))  # teeth of the least wheel
     if "teeth" in given:
         times, rest = divmod(given["teeth"], smallest)
         if rest or times < 1:
@@ -356,7 +351,7 @@ def _meets(mesh: WheelPair) -> str:
     mesh.ratio = contact_ratio(one, mate, mesh.far)
     if mesh.ratio < 1:
         return f"{where}: the contact ratio is {mesh.ratio:.3f}, below 1"
-    mesh.gap, mesh.bound = least_gap(one, mate, mesh.far)
-    if mesh.gap < -IN_PHASE * module:
-        return f"{where}: teeth meet by {-mesh.gap / module:.4g} modules off the line of action"
+    gap, mesh.bound = least_gap(one, mate, mesh.far)
+    if gap < -IN_PHASE * module:
+        return f"{where}: teeth meet by {-gap / module:.4g} modules off the line of action"
     return ""
