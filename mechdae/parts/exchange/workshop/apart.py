@@ -21,6 +21,7 @@ from mechdae.describe.layers import Layers, LinksCrossing, fewest_layers
 from mechdae.describe.units import shown
 from mechdae.errors import InputError, UnavailableError
 from mechdae.kernels.bounds.walk import majorant
+from mechdae.kernels.graphs.blocks import BlockGraph
 from mechdae.kernels.run.functions import Call
 from mechdae.numerics.polygons import polygon_gaps
 from mechdae.parts.exchange.workshop.outlines import turned
@@ -116,16 +117,14 @@ class Motions:
         x = np.asarray(poses.x, float).reshape(len(begin), -1).T
         u = np.asarray(self.path.drivers(begin), float).T
         du = np.asarray(self.path.rates(begin, 1)[0], float).T
-        consts = np.repeat(self._constants[:, None], len(begin), axis=1)
-        rate, away = np.zeros_like(x), np.zeros_like(x)
+        consts = np.repeat(np.reshape(self.path.constants.consts, (-1, 1)), len(begin), axis=1)
+        rate, away, still = np.zeros_like(x), np.zeros_like(x), np.zeros_like(du)
         good = np.ones(len(begin), bool)
-        for b, block in enumerate(self.graphs.blocks):
-            along, tube = self._along[b], self._tube[b]
+        for block, along, tube in self._blocks:
             _, first, _, beta, _ = (np.asarray(a) for a in along(x, u, rate, du, consts))
             rate[block.own] = first
             away[block.own] = np.abs(first) * length
             numbers = np.vstack([beta, np.full((1, len(begin)), length)])
-            still = np.zeros_like(du)
             found = tube(x, rate, away, u, du, still, numbers, consts)
             test, _, reach = (np.asarray(a) for a in found)
             away[block.own] = reach
@@ -137,16 +136,10 @@ class Motions:
         return np.asarray(poses.y[0], float), changes
 
     @cached_property
-    def _constants(self) -> Floats:
-        return np.asarray(self.path.constants.consts, float).ravel()
-
-    @cached_property
-    def _along(self) -> list[ca.Function]:
-        return [self.graphs.along(b) for b in range(self.graphs.nb)]
-
-    @cached_property
-    def _tube(self) -> list[ca.Function]:
-        return [self.graphs.tube(b) for b in range(self.graphs.nb)]
+    def _blocks(self) -> list[tuple[BlockGraph, ca.Function, ca.Function]]:
+        """The blocks, each with its derivative along the path and its tube."""
+        graphs = self.graphs
+        return [(block, graphs.along(b), graphs.tube(b)) for b, block in enumerate(graphs.blocks)]
 
     @cached_property
     def _slopes(self) -> Floats:

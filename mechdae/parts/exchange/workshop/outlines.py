@@ -122,10 +122,7 @@ class Loop(Outline):
         if count == 1:
             side = np.array([self.radius, 0.0])
             here = self.corners[0]
-            return [
-                CircularArc(here - side, here + side, here),
-                CircularArc(here + side, here - side, here),
-            ]
+            return [CircularArc(here - way, here + way, here) for way in (side, -side)]
         found: list[CircularArc | Bend] = []
         for k, corner in enumerate(self.corners):
             before = corner - self.corners[k - 1]
