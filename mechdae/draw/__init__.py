@@ -188,9 +188,10 @@ def usual(result: Result) -> str:
 
 def fitting(kind: str, result: Result) -> str:
     """Return a kind that nobody wished for, or another one where a result has none of it."""
-    series = picture_of(kind).shows
-    if series and not any((part[series] > 0).any() for part in result.points.values()):
-        return "diagram"
+    if "bands" in picture_of(kind).of:
+        bands = importlib.import_module("mechdae.draw.graphs.series").band_paths(result)
+        shown = any(path.startswith("points") for path in bands)
+        return kind if shown else "curves" if bands else "diagram"
     return usual(result) if kind == "design" else kind
 
 

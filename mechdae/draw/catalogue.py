@@ -51,8 +51,6 @@ class Picture:
         Kinds of tasks of which it is drawn by preference.
     usual_of
         Kinds of tasks of which the command line draws it without a wish.
-    shows
-        Series of points: where none of them is above zero, it is not drawn without a wish.
     shared
         Whether pictures of several variants can share axes.
     in_space
@@ -68,7 +66,6 @@ class Picture:
     hint: str = ""
     first: tuple[str, ...] = ("sweep",)
     usual_of: tuple[str, ...] = ()
-    shows: str = ""
     shared: bool = False
     in_space: bool = False
 

@@ -6,8 +6,8 @@ so that the steps of t are eliminated and every start costs one small system ove
 starts go at once; solutions are told apart by a key, polished by Newton's method on the whole
 system and kept where they are isolated.
 
-A search finds what its starts lead to: it proves no solution absent. ``unseen`` estimates the
-share of hits that would be new (Good and Turing: hits that stand alone, over all hits).
+A search finds what its starts lead to: it proves no solution absent. Hits that stand alone, over
+all hits, estimate the share of hits that would be new (Good and Turing).
 """
 
 from __future__ import annotations
@@ -59,12 +59,6 @@ class DistinctSolutions:
 
     def __len__(self) -> int:
         return len(self.x)
-
-    @property
-    def unseen(self) -> float:
-        """Estimated probability that a further hit is a new solution; 1 where nothing is known."""
-        total = int(self.hits.sum())
-        return float((self.hits == 1).sum() / total) if total else 1.0
 
 
 def solve_all(

@@ -50,10 +50,11 @@ def path(case, given, starts, seed):
                 "transmission_deg": float(np.degrees(verdict.transmission)),
             }
         )  # fmt: skip
+    hits = found.search.hits
     return {
         "seed": seed, "starts": starts, "iterations": found.search.iterations,
-        "found": len(found.designs), "unseen": found.search.unseen,
-        "least_hits": int(found.search.hits.min()),
+        "found": len(found.designs), "unseen": float((hits == 1).sum() / hits.sum()),
+        "least_hits": int(hits.min()),
         "largest_f": max(design.residual for design in found.designs),
         "sound": sound, "cpu_s": round(spent, 2),
     }  # fmt: skip

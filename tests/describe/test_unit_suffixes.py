@@ -196,9 +196,11 @@ def with_task(**task: Any) -> dict[str, Any]:
     return data
 
 
+LEAST = {"kind": "minimise", "of": "turn/bodies/coupler/angle"}
+
+
 def sought(**keys: Any) -> dict[str, Any]:
-    goal = {"kind": "minimise", "of": "turn/bodies/coupler/angle"}
-    task = {"driver": {"coordinate": "crank.angle"}, "goal": goal, "free": {"a": [0.03, 0.05]}}
+    task = {"driver": {"coordinate": "crank.angle"}, "goal": LEAST, "free": {"a": [0.03, 0.05]}}
     return with_task(kind="synthesis", **{**task, **keys})
 
 
@@ -232,8 +234,12 @@ FUNCTION = {"kind": "function", "output": "coupler.B.x", "function": "x", "range
          "input_range_deg"),
         (sought(goal={**FUNCTION, "input_range_deg": 1, "output_range_deg": 1}),
          "output_range_deg", "output_range_mm"),
+        (sought(objectives=[LEAST] * 2, reference_mm=[1, 1]), "reference_mm", "reference_deg"),
+        (sought(objectives=[LEAST, {**LEAST, "of": "turn/points/coupler.B/position"}],
+                reference_deg=[1, 1]), "reference_deg", "are in rad and m"),
         (moved(start={"crank.angle_mm": 1}), "start.crank.angle_mm", "crank.angle_deg"),
         (moved(start_speed={"crank.angle_mm": 1}), "start_speed.crank.angle_mm", "angle_rpm"),
+        (moved(start_speed={"crank.angle.speed_mm": 1}), "crank.angle.speed_mm", "speed_rpm"),
         (moved(max_step_mm=1), "max_step_mm", "in s"),
         (moved(events=[{"coordinate": "crank.angle", "crosses_mm": 1}]), "events[0].crosses_mm",
          "crosses_deg"),

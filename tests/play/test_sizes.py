@@ -177,7 +177,7 @@ def test_outputs_that_no_clearance_moves_are_refused(
         (9, "", "band"),
         (12, "", "diagram"),
         (12, 'outputs = ["coupler.P"]\n', "diagram"),
-        (0.1, 'outputs = ["rocker.angle"]\n', "diagram"),
+        (0.1, 'outputs = ["rocker.angle"]\n', "curves"),
     ],
 )
 def test_bands_are_drawn_without_a_wish_where_there_are_any(

@@ -13,6 +13,7 @@ from mechdae.describe import dumps
 from mechdae.describe.file.load import from_dict
 from mechdae.describe.vectors.loops_in_space import SpatialLoops
 from mechdae.describe.vectors.loops_of import Written
+from mechdae.describe.vectors.translation import new_point
 from mechdae.parts.types.chains.variants.orders import Orders, cyclic
 from mechdae.parts.types.chains.variants.scheme import planar
 from mechdae.parts.types.ranking.variants import MotionOfVaried, fault_of, first_sweep
@@ -114,7 +115,7 @@ def check_same(problem: md.Problem) -> int:
             if rates[0] is not None:
                 assert np.allclose(rates[1][ok], rates[0][ok], rtol=1e-8, atol=1e-8)
     for name, point in one.points.items():
-        new = two.points[written.point_name(name)]
+        new = two.points[new_point(name, written.called, written.points)]
         assert np.abs(new.position[ok] - point.position[ok]).max() <= 1e-9 * size, name
         if point.acceleration is not None:
             largest = np.abs(point.acceleration[ok]).max()

@@ -81,7 +81,7 @@ def test_all_solutions_of_two_conics() -> None:
     assert found.starts == 40
     assert found.hits.sum() == found.converged == 40
     assert found.iterations <= 40 * 20
-    assert found.unseen == 0.0
+    assert found.hits.min() > 1
 
 
 def test_a_curve_of_solutions_has_no_isolated_one() -> None:
@@ -93,7 +93,6 @@ def test_a_curve_of_solutions_has_no_isolated_one() -> None:
     found = solve_all(line, anywhere, 40)
     assert len(found) == 0
     assert found.converged >= 30
-    assert found.unseen == 1.0
 
 
 def test_no_real_solution_is_none_found() -> None:
@@ -160,7 +159,7 @@ def test_five_points_and_both_pivots_have_fifteen_real_four_bars(five) -> None:
         assert design.pivot == pytest.approx(0, abs=1e-12)
         assert design.other_pivot == pytest.approx(1, abs=1e-12)
         assert design.residual < 1e-24
-    assert five.search.unseen < 0.01
+    assert (five.search.hits == 1).sum() < 0.01 * five.search.hits.sum()
     assert five.search.iterations < 110 * five.search.starts
 
 

@@ -12,7 +12,7 @@ from mechdae.describe.file.problem import Problem, check_parts, check_task
 from mechdae.describe.file.reading import split_known, to_si
 from mechdae.describe.file.repeat import Pattern
 from mechdae.describe.file.tabulated import with_tables_of
-from mechdae.describe.file.units import check_number, check_parameters
+from mechdae.describe.file.units import check_number
 from mechdae.describe.mechanism import (
     BY_NAMES,
     MOMENTS,
@@ -99,9 +99,7 @@ def in_si(
     """
     base, suffix = split_known(name, known)
     if base in known:
-        check_number(mechanism, base, suffix)
-    if suffix and base in mechanism.parameters:
-        check_parameters(mechanism, tasks, {base: suffix})
+        check_number(mechanism, tasks, base, suffix)
     return base, values.number(to_si(values.number(value), suffix))
 
 

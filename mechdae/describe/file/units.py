@@ -34,8 +34,6 @@ from mechdae.describe.values import UnitOf, Value
 from mechdae.errors import MechdaeError
 
 SUFFIXES = sorted(UNITS, key=len, reverse=True)
-RATES = {"start_speed": ".speed"}
-"""What of coordinates the values of a table are."""
 VARIED = ("vary", "samples")
 """Keys of a study whose tables are numbers by name."""
 PLACES = ("at", "from", "to", "law")
@@ -44,10 +42,12 @@ NAMED = ("freedoms", "grid", "lists", "coordinates")
 """Kinds of values that are numbers by the names of parameters."""
 
 
-def check_number(mechanism: Mechanism, name: str, suffix: str) -> None:
-    """Raise for an automatic name given in a unit that is not that of its number."""
+def check_number(mechanism: Mechanism, tasks: Mapping[str, Task], name: str, suffix: str) -> None:
+    """Raise for a parameter or an automatic name in a unit that is not that of its number."""
     last = name.split(".")[-1]
-    if suffix and last not in mechanism.parameters:  # units of those follow from their uses alone
+    if suffix and name in mechanism.parameters:
+        check_parameters(mechanism, tasks, {name: suffix})
+    elif suffix:
         unit = (WHOLE_UNITS | dict(automatic_units(mechanism))).get(name)
         check_suffix(f"{last}{suffix}", unit, last)
 
@@ -111,21 +111,21 @@ def _of_table(
     InputError
         A suffix of a parameter that does not fit its uses.
     """
-    if [key for key in table if "_" in key]:
+    inner = [(key, given) for key, given in table.items() if isinstance(given, list | Mapping)]
+    if "_" in "".join(table):
         units = value.units_by_key(unit_of).items()
-        yield place, table, {key: unit for key, unit in units if not isinstance(unit, Mapping)}
-    inner = [(key, given) for key, given in table.items() if _has_tables(given)]
+        yield place, table, {key: unit for key, unit in units if isinstance(unit, str)}
     known = {entry.name.rstrip("_"): entry for entry in fields(value)}
     for key, given in inner:
         base, above = (key, "") if key in known else split_known(key, known)
         kind = known[base].metadata.get("kind") if base in known else ""
-        if kind == "start":
-            names, rate = _names(given, above), RATES.get(base, "")
-            units_of = {name: unit_of(f"{name}{rate}") for name in names.values()}
-            yield f"{place}.{key}", names, units_of
+        named = value.units_by_key(unit_of)[base] if kind == "start" else None
+        if isinstance(named, Mapping) and isinstance(given, Mapping):
+            yield f"{place}.{key}", _names(given, above), named
         elif kind in NAMED and isinstance(given, Mapping):
             try:
-                _check_numbers(mechanism, tasks, given, above)
+                for name, suffix in split_keys(given, mechanism.parameters).values():
+                    check_number(mechanism, tasks, name, suffix or above)
             except MechdaeError as error:
                 raise error.inside(f"{place}.{key}") from None
         elif kind in NESTED:
@@ -135,25 +135,6 @@ def _of_table(
                 if isinstance(part, Mapping):
                     where = f"{place}.{key}[{k}]" if several else f"{place}.{key}"
                     yield from _of_table(mechanism, tasks, described, part, where, unit_of)
-
-
-def _has_tables(given: object) -> bool:
-    """Return whether an entry is a table, or a list of tables."""
-    first = given[0] if isinstance(given, list) and given else given
-    return isinstance(first, Mapping)
-
-
-def _check_numbers(
-    mechanism: Mechanism, tasks: Mapping[str, Task], table: Mapping[str, Any], above: str
-) -> None:
-    """Raise for parameters that a suffix of theirs, or of the table `above`, does not fit."""
-    for entry in table:
-        name, suffix = split_known(entry, mechanism.parameters)
-        suffix = suffix or above
-        if suffix and name in mechanism.parameters:
-            check_parameters(mechanism, tasks, {name: suffix})
-        elif suffix:
-            check_number(mechanism, name, suffix)
 
 
 def _names(table: Mapping[str, Any], above: str, before: str = "") -> dict[str, str]:

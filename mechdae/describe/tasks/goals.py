@@ -410,6 +410,18 @@ class Maximise(Extreme):
     sense: ClassVar[int] = -1
 
 
+def objective_unit(goal: GoalDescription | Visits, unit_of: UnitOf) -> str:
+    """Return the unit of an objective's value; empty where it is not known."""
+    if isinstance(goal, Extreme):
+        return unit_of(goal.path) or ""
+    if isinstance(goal, _Visiting | Visits):
+        return "m" if goal.measure == "minimax" else "m2"
+    if isinstance(goal, FunctionTargets):
+        unit = unit_of(goal.output) or ""
+        return unit if goal.measure == "minimax" or not unit else f"{unit}2"
+    return "1"
+
+
 def known(name: str | None, names: Iterable[str], what: str, place: str) -> None:
     """Raise for a name that is not among those known, or is missing."""
     if name is None:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from mechdae.describe.expression import evaluate
 from mechdae.describe.file.reading import split_known, split_unit, to_si
-from mechdae.describe.file.units import check_number, check_parameters
+from mechdae.describe.file.units import check_number
 from mechdae.describe.mechanism import Mechanism
 from mechdae.describe.tasks.kinds import Task
 from mechdae.describe.values import Number
@@ -106,9 +106,7 @@ def half_widths(
                 raise UnknownName("parameter", text, values)
             if name in found:
                 raise InputError(f"'{name}' is given twice, with and without a unit")
-            check_number(mechanism, name, suffix)
-            if suffix and name in mechanism.parameters:
-                check_parameters(mechanism, tasks, {name: suffix})
+            check_number(mechanism, tasks, name, suffix)
             found[name] = evaluate(to_si(number, suffix), known)
             if found[name] < 0:
                 raise InputError("a half width is not negative")

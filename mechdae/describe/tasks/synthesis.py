@@ -19,7 +19,15 @@ from mechdae.describe.tasks.constraints import (
     TransmissionAngle,
     Turned,
 )
-from mechdae.describe.tasks.goals import Asked, Extreme, GoalDescription, Rocker, Within, known
+from mechdae.describe.tasks.goals import (
+    Asked,
+    Extreme,
+    GoalDescription,
+    Rocker,
+    Within,
+    known,
+    objective_unit,
+)
 from mechdae.describe.tasks.kinds import Sweep, Task
 from mechdae.describe.tasks.motion import Equilibrium, Motion
 from mechdae.describe.tasks.studies import half_widths
@@ -28,7 +36,7 @@ from mechdae.errors import InputError, MechdaeError
 from mechdae.records import dataclass, optional
 
 if TYPE_CHECKING:
-    from mechdae.describe.values import NumbersOrNone
+    from mechdae.describe.values import NumbersOrNone, UnitOf
     from mechdae.records import Takes
 
     Goals = Takes[Sequence[GoalDescription] | None, tuple[GoalDescription, ...] | None]
@@ -80,6 +88,10 @@ class Synthesis(Task):
 
     kind: ClassVar[str] = "synthesis"
     holds: ClassVar[tuple[str, ...]] = ("designs",)
+
+    def units_by_key(self, unit_of: UnitOf) -> dict[str, str | None]:
+        units = {objective_unit(goal, unit_of): None for goal in self.objectives or ()}
+        return {"reference": " and ".join(units) if all(units) else None}
 
 
 @dataclass(frozen=True)

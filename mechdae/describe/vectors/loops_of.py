@@ -17,7 +17,7 @@ from mechdae.describe.values import Number, Table
 from mechdae.describe.vectors.expand import FRICTION, from_loops, slide_of
 from mechdae.describe.vectors.loops_in_space import SpatialLoops, bare, joined, shortest_cycles
 from mechdae.describe.vectors.nodes import HEAD, TAIL, Merged, in_order, meeting, signed
-from mechdae.describe.vectors.translation import Translation, new_point, renamed
+from mechdae.describe.vectors.translation import Translation, renamed
 from mechdae.describe.vectors.values import Node, Vector, add, less, negative
 from mechdae.errors import InputError, MechdaeError
 from mechdae.records import dataclass, public
@@ -153,7 +153,7 @@ class _Direction:
 class Written:
     """A problem as it is written by loops: ``problem``, with the names of what has another one.
 
-    ``called`` are blocks and rails, see also `point_name`.
+    ``called`` are blocks and rails, ``points`` those of links.
     """
 
     base: Problem
@@ -429,10 +429,6 @@ class Written:
             if node in self.named and not self._bound(self.base.mechanism.body(body)):
                 found[".".join(point)] = f"{self.called.get(body, body)}.{self.named[node]}"
         return found
-
-    def point_name(self, text: str) -> str:
-        """Return what a point ``body.point`` is called."""
-        return new_point(text, self.called, self.points)
 
     def _bound(self, body: Body | Ground) -> bool:
         """Return whether vectors run between points of a body as it is, or none does."""

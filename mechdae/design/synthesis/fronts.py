@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.describe.coordinates import unit_of, unit_within
+from mechdae.describe.coordinates import unit_of
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.tasks.goals import (
     Asked,
@@ -43,18 +43,6 @@ def objective_name(goal: Asked) -> str:
         return f"error of {goal.output}"
     assert isinstance(goal, StraightLine | Rocker)
     return f"deviation of {goal.point}" if isinstance(goal, StraightLine) else goal.coordinate
-
-
-def objective_unit(problem: Problem, goal: Asked) -> str:
-    """Return the unit of an objective's value; empty where it is not known."""
-    if isinstance(goal, Extreme):
-        return unit_within(problem.mechanism, None, goal.path) or ""
-    if isinstance(goal, Visits):
-        return "m" if goal.measure == "minimax" else "m2"
-    if isinstance(goal, FunctionTargets):
-        unit = unit_of(problem.mechanism, goal.output) or ""
-        return unit if goal.measure == "minimax" or not unit else f"{unit}2"
-    return "1"
 
 
 def error_unit(problem: Problem, goal: Asked) -> str:

@@ -12,12 +12,15 @@ from __future__ import annotations
 import time
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from functools import partial
 from itertools import pairwise, product
 from typing import Any
 
 import numpy as np
 
+from mechdae.describe.coordinates import unit_within
 from mechdae.describe.file.problem import Problem
+from mechdae.describe.tasks.goals import objective_unit
 from mechdae.describe.tasks.synthesis import Synthesis
 from mechdae.design.synthesis.designs import FEASIBLE, Candidate, exchanged, judged_design, motions
 from mechdae.design.synthesis.exact.complete import Follow
@@ -32,7 +35,6 @@ from mechdae.design.synthesis.fronts import (
     holes,
     missing,
     objective_name,
-    objective_unit,
     part_of,
     spread,
 )
@@ -454,9 +456,10 @@ def _described(
     worst = (values * signs).max(axis=0) * signs
     reference = np.array(given if given is not None else worst, float)
     goals = [goal for goal, _ in search.asked.goals[:count]]
+    unit_of = partial(unit_within, search.problem.mechanism, None)
     return {
         "objectives": [
-            {"name": objective_name(goal), "unit": objective_unit(search.problem, goal),
+            {"name": objective_name(goal), "unit": objective_unit(goal, unit_of),
              "sense": "least" if sign > 0 else "largest"}
             for goal, sign in zip(goals, signs, strict=True)
         ],

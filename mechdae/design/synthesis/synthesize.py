@@ -6,12 +6,15 @@ import time
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
 
+from mechdae.describe.coordinates import unit_within
 from mechdae.describe.dimensions import parameter_units
 from mechdae.describe.file.problem import Problem
+from mechdae.describe.tasks.goals import objective_unit
 from mechdae.describe.tasks.synthesis import Synthesis
 from mechdae.design.synthesis.designs import (
     FEASIBLE,
@@ -25,7 +28,7 @@ from mechdae.design.synthesis.designs import (
 from mechdae.design.synthesis.exact.complete import Follow
 from mechdae.design.synthesis.exact.complete import here as followed_here
 from mechdae.design.synthesis.fourbar.reach import out_of_reach
-from mechdae.design.synthesis.fronts import error_unit, objective_unit
+from mechdae.design.synthesis.fronts import error_unit
 from mechdae.design.synthesis.goals.base import Seed
 from mechdae.design.synthesis.ipopt import Optimum
 from mechdae.design.synthesis.nlp import Nlp
@@ -122,7 +125,7 @@ def units_of(search: Search, problems: Sequence[Nlp]) -> dict[str, str]:
     errors = error_unit(search.problem, lead)
     objective = errors if not counted else ""
     if len(counted) == 1:
-        objective = objective_unit(search.problem, counted[0])
+        objective = objective_unit(counted[0], partial(unit_within, search.problem.mechanism, None))
     given = parameter_units(search.problem.mechanism, search.problem.tasks.values())
     found = {name: given[name] for name in search.asked.free if name in given}
     for nlp in problems:

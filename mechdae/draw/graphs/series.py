@@ -38,6 +38,7 @@ RATES = {
 }
 """The rates of a series in time."""
 MOVING = ("bodies", "points", "joints")
+BANDS = {"bodies": "angle_band", "joints": "slide_band", "points": "distance_band"}
 SIZE = "size"
 """Last step of a path that asks for the length of a vector."""
 FREE = {"efforts_uncoupled", "reaction_uncoupled", "loss_uncoupled"}
@@ -155,8 +156,15 @@ def default_lines(result: Result) -> list[Line]:
 
     Of reactions: efforts, losses, normal forces and sizes of the pin forces. Of a sweep: the
     outputs the problem names, else angles and slides of what is moved last, with their rates
-    where all are of one unit.
+    where all are of one unit. Of a sweep with clearances: the bands.
     """
+    bands: list[Line] = []
+    for path in band_paths(result):
+        for line in lines_of(result, path):
+            beside = [band for band in bands if band.unit == line.unit]
+            bands += [line] if len(beside) < MOST and not _known_already(line, beside) else []
+    if bands:
+        return bands
     lines = [line for path in _default_paths(result) for line in lines_of(result, path)]
     lines = [line for line in lines if np.isfinite(line.values).any()]
     if result.kind == "reactions":
@@ -169,6 +177,17 @@ def default_lines(result: Result) -> list[Line]:
     rates = [rate for k in (1, 2) for part in parts for rate in with_rates(result, part)[k : k + 1]]
     more = [line for rate in rates for line in lines_of(result, rate)]
     return lines + [line for line in more if np.isfinite(line.values).any()]
+
+
+def band_paths(result: Result) -> list[str]:
+    """Return the paths of the bands that clearance gives to angles, slides and points."""
+    return [
+        f"{kind}/{part}/{word}"
+        for kind, word in BANDS.items()
+        for part, series in getattr(result, kind).items()
+        if word in series
+        and (series[word] > SMALL * (1.0 if kind == "bodies" else result.mechanism.scale)).any()
+    ]
 
 
 def _default_paths(result: Result) -> list[str]:

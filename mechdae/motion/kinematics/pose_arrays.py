@@ -62,7 +62,6 @@ class OnePose:
         self.graphs, self.evaluator = graphs, Evaluator(graphs, outputs)
         self._tells, self._turning = self.evaluator.sign_tells, self.evaluator.turning
         self._blocks, self._angles = self.evaluator.lengths, self.evaluator.angles
-        self._any_angle = bool(self._angles.any())
         self._pose: Call = graphs.cache("pose", lambda: Call(graphs.pose))
 
     @np.errstate(invalid="ignore", over="ignore")

@@ -38,6 +38,7 @@ class Play(Sweep):
             raise UnavailableError(
                 "bands are not computed in space: joints place bodies there, without equations "
                 "that a clearance opens", where="kind",
+                hint="tolerances of a task of kind sensitivity: what lengths that are off move",
             )  # fmt: skip
         given = [name for name, _ in mechanism.numbers() if name.rpartition(".")[2] in GAPS]
         if not given:

@@ -17,6 +17,7 @@ from mechdae.results.tables.text import (
     driver_value,
     fact,
     moves,
+    size_of,
     together,
     zero,
 )
@@ -56,7 +57,7 @@ def force_columns(result: Result) -> list[Column]:
     for name, effort in result.efforts.items():
         suffix = f" {name}" if several else ""
         shares = {PARTS.get(word, word): series[name] for word, series in result.parts.items()}
-        most = max(_most(array) for array in (effort, *shares.values()))
+        most = max(size_of(array) for array in (effort, *shares.values()))
         for title, array in {"effort": effort, **shares}.items():
             shown = result.units.of(effort_unit(result.mechanism, name))
             numbers = cells(array * shown.factor, most * shown.factor)
@@ -65,13 +66,7 @@ def force_columns(result: Result) -> list[Column]:
     if losses:
         columns.append(("loss [W]", _numbers(np.sum(losses, axis=0))))
     loaded = {name: series for name, series in result.joints.items() if "reaction" in series}
-    largest = max(
-        (
-            float(np.nanmax(np.abs(_force(series["reaction"])), initial=0.0))
-            for series in loaded.values()
-        ),
-        default=0.0,
-    )
+    largest = max((size_of(_force(each["reaction"])) for each in loaded.values()), default=0.0)
     force = result.units.of("N")
     order = sorted(loaded, key=lambda name: "loss" not in loaded[name])
     for name in order:
@@ -86,11 +81,7 @@ def force_columns(result: Result) -> list[Column]:
 
 
 def _numbers(values: Floats) -> Sequence[str]:
-    return cells(values, _most(values))
-
-
-def _most(values: Floats) -> float:
-    return float(np.nanmax(np.abs(values), initial=0.0))
+    return cells(values, size_of(values))
 
 
 def _force(reaction: Reactions) -> Points:
@@ -120,7 +111,7 @@ def single_forces(result: Result) -> Iterator[str]:
     loaded = [series["reaction"] for series in result.joints.values() if "reaction" in series]
     moments = [float(m) for reaction in loaded for m in reaction[0, _force(reaction).shape[1] :]]
     forces = [float(_size(o["reaction"])[0]) for o in result.joints.values() if "reaction" in o]
-    least = (_noise(forces), _noise(moments))
+    least = (NOISE * size_of(np.array(forces)), NOISE * size_of(np.array(moments)))
     for name, series in result.joints.items():
         for word, array in series.items():
             if word.startswith("reaction"):
@@ -152,10 +143,6 @@ def single_forces(result: Result) -> Iterator[str]:
 
 def _line(part: str, name: str, text: str, unit: str) -> str:
     return f"  {part:18} {name:20}  -" if "nan" in text else f"  {part:18} {name:20} {text} {unit}"
-
-
-def _noise(values: list[float]) -> float:
-    return NOISE * float(np.nanmax(np.abs(values), initial=0.0))
 
 
 def _vector(value: Floats, name: str, least: tuple[float, float], units: Units) -> tuple[str, str]:

@@ -5,7 +5,16 @@ from __future__ import annotations
 import numpy as np
 
 from mechdae.results import UNITS, Result, kind_of
-from mechdae.results.tables.text import MOST, Column, cells, driver_value, in_unit, quantity, zero
+from mechdae.results.tables.text import (
+    MOST,
+    Column,
+    cells,
+    driver_value,
+    in_unit,
+    quantity,
+    size_of,
+    zero,
+)
 from mechdae.types import Floats
 
 RATIOS = ("_ratio", "_advantage", "_per_angle", "_per_slide", "_per_force", "_per_torque")
@@ -83,6 +92,5 @@ def ratio_columns(result: Result) -> list[Column]:
 def _ratio(result: Result, part: str, word: str, values: Floats) -> Column:
     unit = result.units.read(UNITS.get(word, "1"))
     shown = values * unit.factor
-    size = float(np.max(np.abs(shown[np.isfinite(shown)]), initial=0.0))
     title = f"{part} {word.replace('_', ' ')}"
-    return f"{title} [{unit.name}]" if word in UNITS else title, cells(shown, size)
+    return f"{title} [{unit.name}]" if word in UNITS else title, cells(shown, size_of(shown))

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mechdae.results import TURNS, Result
-from mechdae.results.tables.text import Column, cells, noises
+from mechdae.results.tables.text import Column, cells, noises, size_of
 from mechdae.types import Floats
 
 if TYPE_CHECKING:
@@ -36,17 +36,19 @@ class Quantities:
 
     def __init__(self, result: Result) -> None:
         self.result = result
-        largest: dict[str, float] = {}
-        for kind, words in SIZED.items():
-            parts = getattr(result, kind).values()
-            arrays = [(word, series[word]) for series in parts for word in words if word in series]
-            largest |= dict.fromkeys(words, 0.0)
-            for word, values in arrays:
-                largest[word] = max(largest[word], np.nanmax(np.abs(values), initial=0.0))
+        largest = {word: 0.0 for words in SIZED.values() for word in words}
+        parts = [
+            (words, each)
+            for kind, words in SIZED.items()
+            for each in getattr(result, kind).values()
+        ]
+        arrays = [(word, each[word]) for words, each in parts for word in words if word in each]
+        for word, values in arrays:
+            largest[word] = max(largest[word], size_of(values))
         noise = noises(result)
         self.length: float = noise["length"]
         self.angle: float = noise["angle"]
-        self._rates = {word: 1e-14 * float(size) for word, size in largest.items()}
+        self._rates = {word: 1e-14 * size for word, size in largest.items()}
         names = (coordinate.rpartition(".") for coordinate in result.drivers)
         self._driven = {part for part, _, word in names if word in (*RELATIVE, "s")}
         """Bodies and joints with a coordinate that is driven."""
@@ -137,8 +139,7 @@ class Quantities:
         if unit:
             unit, values = self._in(unit, values)
         plain = name if word == "value" else f"d {name}/dt"
-        largest = float(np.nanmax(np.abs(values), initial=0.0))
-        return f"{name} [{unit}]" if unit else plain, cells(values, largest)
+        return f"{name} [{unit}]" if unit else plain, cells(values, size_of(values))
 
     def distinct_points(self) -> list[str]:
         """Return the points that move, each place once."""
@@ -206,7 +207,7 @@ class Quantities:
                     unit = self.result.unit("joints", name, f"{word}_{rate}")
                     rates_of = [f"{w}_{rate}" for w in RELATIVE if (w in TURNS) == turns]
                     alike = [s[w] for s in self.result.joints.values() for w in rates_of if w in s]
-                    largest = max(float(np.nanmax(np.abs(v), initial=0.0)) for v in alike)
+                    largest = max(map(size_of, alike))
                     values = series[f"{word}_{rate}"]
                     yield self.column(f"{name}.{word}", unit, values, 1e-14 * largest)
 
@@ -265,7 +266,7 @@ def _changes(values: Floats, series: Series, rate: str, noise: float) -> bool:
     values = np.asarray(values, float)
     if len(values) > 1:
         return max(_span(column) for column in values.reshape(len(values), -1).T) > noise
-    return rate not in series or bool(np.nanmax(np.abs(series[rate]), initial=0.0) > 0)
+    return rate not in series or size_of(series[rate]) > 0
 
 
 def _span(values: Floats) -> float:

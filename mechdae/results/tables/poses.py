@@ -9,7 +9,7 @@ import numpy as np
 from mechdae.errors import UnknownName
 from mechdae.results import Result, mixed_units
 from mechdae.results.tables.moving import Quantities
-from mechdae.results.tables.text import Column, cells, fitted_lines, rows_of
+from mechdae.results.tables.text import Column, cells, fitted_lines, rows_of, size_of
 
 
 def poses_columns(result: Result) -> tuple[list[Column], int]:
@@ -50,7 +50,7 @@ def named_columns(result: Result, names: Sequence[str]) -> list[Column]:
                 unit = units[whole]
                 title = f"{whole} [{unit.name}]" if unit.name not in ("", "1") else whole
                 shown = np.asarray(values, float) * unit.factor
-                chosen.append((title, cells(shown, float(np.nanmax(np.abs(shown), initial=0.0)))))
+                chosen.append((title, cells(shown, size_of(shown))))
         if not chosen:
             raise UnknownName("column", name, [*known, *units], where="columns")
         found += chosen

@@ -71,13 +71,11 @@ def zero(value: float, noise: float) -> float:
 
 def noises(result: Result) -> dict[str, float]:
     """Return up to which size an angle and a length may be rounding: their bounds at least."""
-    points = [float(np.nanmax(np.abs(p.position), initial=0.0)) for p in result.points.values()]
+    points = [np.ravel(p.position) for p in result.points.values()]
     bounds = dict(result.bound)
     found = {}
-    for kind, size in (("angle", 1.0), ("length", max(points, default=0.0))):
-        bound = bounds.get(kind, np.zeros(0))
-        largest = float(bound[np.isfinite(bound)].max(initial=0.0))
-        found[kind] = max(largest, ROUNDING * size)
+    for kind, size in (("angle", 1.0), ("length", size_of(np.concatenate([*points, np.zeros(1)])))):
+        found[kind] = max(size_of(bounds.get(kind, np.zeros(0))), ROUNDING * size)
     return found
 
 

@@ -41,7 +41,7 @@ def curve_facts(track: LaneTrack, columns: Sequence[int]) -> dict[str, Floats]:
     every = np.arange(len(track.scale))
     moving = (track.travel(columns) > AT_REST * track.scale).any(axis=0)
     ends = [track.column(track.at(every, s), 0, columns) for s in (track.first, track.last)]
-    total = _integrals(track, columns, _parts(track, columns, _stops(track, columns)), ends[0])
+    total = _integrals(track, columns, _parts(track, _stops(track, columns)), ends[0])
     length, area = (np.where(moving, sums, np.nan) for sums in total)
     with np.errstate(invalid="ignore"):
         closed = np.abs(ends[1] - ends[0]).max(axis=0) <= CLOSED_PATH * length
@@ -66,9 +66,7 @@ def _stops(track: LaneTrack, columns: Sequence[int]) -> tuple[Integers, Floats]:
     return zeros.lane[still], zeros.s[still]
 
 
-def _parts(
-    track: LaneTrack, columns: Sequence[int], stops: tuple[Integers, Floats]
-) -> tuple[Any, ...]:
+def _parts(track: LaneTrack, stops: tuple[Integers, Floats]) -> tuple[Any, ...]:
     """Return lanes, beginnings and ends of the parts that are integrated over at first."""
     width = track.last - track.first
     step = STEPS * track.step

@@ -268,7 +268,7 @@ def assign(
     if students:
         count = _counted(students, count)
     wanted, least = (USUAL, 1) if count is None else (count, count)
-    _check(whole, wanted, positions, seed, transmission_angle)
+    _check(wanted, positions, seed, transmission_angle)
     drawn = ranges(whole, vary)
     shown = _units(units, whole, drawn)
     words = Phrases(lang, "assignments", shown), Phrases(lang, "reports"), Phrases(lang)
@@ -317,7 +317,7 @@ def _counted(students: Sequence[str], count: int | None) -> int:
     return len(students)
 
 
-def _check(problem: Problem, count: int, positions: int, seed: int, angle: float | None) -> None:
+def _check(count: int, positions: int, seed: int, angle: float | None) -> None:
     for word, value, most in (("count", count, LARGEST), ("positions", positions, MOST)):
         if isinstance(value, bool) or not isinstance(value, int) or not 1 <= value <= most:
             raise InputError(f"a whole number from 1 to {most} is needed", where=word)

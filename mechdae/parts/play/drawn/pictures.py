@@ -14,5 +14,4 @@ BAND = Picture(
     hint="a task of kind play",
     first=("play",),
     usual_of=("play",),
-    shows="distance_band",
 )

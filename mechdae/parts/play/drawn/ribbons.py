@@ -13,6 +13,7 @@ from matplotlib.path import Path
 from mechdae.draw import style
 from mechdae.draw.graphs import coupler
 from mechdae.draw.graphs.scale import scale_of
+from mechdae.draw.graphs.series import band_paths
 from mechdae.draw.smooth import in_picture, smooth
 from mechdae.errors import InputError
 from mechdae.results.status import stretches
@@ -38,13 +39,16 @@ def draw(
     InputError
         No point has a band.
     """
-    points = list(of or coupler.default_points(result))
+    banded = [path.split("/")[1] for path in band_paths(result) if path.startswith("points/")]
+    usual = [name for name in coupler.default_points(result) if name in banded]
+    points = list(of or usual or banded[: coupler.MOST])
     between = smooth(result, lambda one: in_picture([one.points[p].position for p in points]))
     places = [between.points[name].position for name in points]
     bands = [between.points[name].distance_band for name in points]
-    widest = max((np.nanmax(band, initial=0.0) for band in bands), default=0.0)
-    if not widest:
-        raise InputError("no band is proved of these points", where="of")
+    if not {*points} & {*banded}:
+        hint = "kind 'curves' has bands of angles and slides"
+        raise InputError("no band is proved of these points", where="of", hint=hint)
+    widest = max(np.nanmax(band, initial=0.0) for band in bands)
     panel = coupler.draw(result, ax, of=points, ticks=False, pivots=pivots)
     span = max(float(np.nanmax(np.ptp(place, axis=0))) for place in places)
     wider = float(f"{max(SEEN * span / widest, 1.0):.1g}")

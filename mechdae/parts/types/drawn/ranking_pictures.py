@@ -52,7 +52,7 @@ def parallel(ranking: Ranking) -> Figure:
         ax.set_xlim(-0.4, len(names) - 0.6)
         ax.set_ylim(-0.32, 1.12)
         ax.axis("off")
-        _key(figure, ranking)
+        _key(figure)
     return figure
 
 
@@ -96,7 +96,7 @@ def fronts(ranking: Ranking, x: str | None = None, y: str | None = None) -> Figu
         ax.grid(color=style.GHOST, linewidth=0.5)
         ax.margins(0.08)
         ax.set_position((0.14, 0.2, 0.82, 0.66))
-        _key(figure, ranking)
+        _key(figure)
     return figure
 
 
@@ -227,7 +227,7 @@ def _figure(width: float, height: float, title: str) -> tuple[Figure, Axes]:
     return figure, ax
 
 
-def _key(figure: Figure, ranking: Ranking) -> None:
+def _key(figure: Figure) -> None:
     """Write what the colours mean below the picture."""
     entries = [("first place", style.ARROW), ("front", style.DRIVEN), ("others", style.FAINT)]
     for k, (text, color) in enumerate(entries):
