@@ -54,6 +54,8 @@ class Status(StrEnum):
 
 FINE = (Status.OK, Status.LIMIT)
 """Poses that are certified."""
+UNREACHED = (Status.UNASSEMBLED, Status.STOPPED)
+"""Poses that no motion comes to."""
 LOST = (Status.UNASSEMBLED, Status.SINGULAR)
 """Poses that have no values."""
 CODES = {status.value: code for code, status in enumerate(Status)}

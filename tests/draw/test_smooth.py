@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import matplotlib.pyplot as plt
@@ -10,7 +11,8 @@ import pytest
 
 import mechdae as md
 from mechdae.draw import smooth
-from mechdae.draw.diagram.scene import read_scene
+from mechdae.draw.diagram.scene import choose_pose, read_scene
+from mechdae.draw.graphs.series import vector_of
 from mechdae.draw.space.spatial_scene import read_spatial
 from tests.shared.finer_curves import HALF, farthest, off, pixels
 from tests.shared.mechanisms import four_bar
@@ -138,3 +140,25 @@ def test_chords_are_seen(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_curves_with_kinks_poles_and_limits(problem: str) -> None:
     """Kinks where something sticks, roots at limit positions, forces that end in jams."""
     assert farthest(problem) < HALF
+
+
+def test_paths_end_at_stops() -> None:
+    """Nothing is drawn of where a stop does not let the mechanism go."""
+    problem = md.load("four-bar-crank-rocker")
+    pin, stop = problem.mechanism.joints["D"], np.deg2rad(120)
+    held = md.Revolute("D", pin.first, pin.second, limits=(0.0, stop))
+    mechanism = replace(problem.mechanism, joints=problem.mechanism.joints.with_("D", held))
+    driver = md.Driver("crank.angle", from_=0, to=2 * np.pi)
+    result = md.solve(mechanism, md.Sweep(driver=driver, poses=37))
+    assert {"ok", "stopped"} == set(result.status)
+    scene, sizes = read_scene(result), mechanism.values()
+    assert result.status[choose_pose(scene, "sweep")] == "ok"
+    finest = smooth.smooth_vectors(result, ["coupler.C"])
+    least = sizes["d"] + sizes["c"] * np.cos(stop)  # where the rocker is at its stop
+    for track in (
+        smooth.traced(scene, result, read_scene).paths["coupler.C"],
+        vector_of(finest, "coupler.C")[3],
+    ):
+        x = track[np.isfinite(track).all(axis=1), 0]
+        assert least <= x.min() < least + 2e-3
+        assert len(x) < len(track)

@@ -16,6 +16,7 @@ from mechdae.describe.joints.joint import Joint
 from mechdae.describe.mechanism import GROUND, Mechanism
 from mechdae.errors import InputError, UnavailableError
 from mechdae.records import dataclass
+from mechdae.results.status import UNREACHED
 from mechdae.types import Json
 
 if TYPE_CHECKING:
@@ -136,8 +137,8 @@ class DrawnScene:
         ]
 
     def assembled(self) -> list[int]:
-        """Return the poses that are assembled."""
-        there = np.array([status != "unassembled" for status in self.status], dtype=bool)
+        """Return the poses that are assembled, and not beyond a stop."""
+        there = ~np.isin(self.status, UNREACHED)
         for body, origins in self.origins.items():
             there &= np.isfinite(self.angles[body]) & np.isfinite(origins).all(axis=-1)
         return np.flatnonzero(there).tolist()

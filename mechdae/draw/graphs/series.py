@@ -13,6 +13,7 @@ from mechdae.draw.graphs.poles import cuts
 from mechdae.errors import InputError, UnknownName
 from mechdae.records import dataclass
 from mechdae.results import KINDS, UNITS, centre_unit, effort_unit, reaction_parts
+from mechdae.results.status import UNREACHED
 from mechdae.types import Floats
 
 if TYPE_CHECKING:
@@ -130,7 +131,7 @@ def lines_of(result: Result, path: str) -> list[Line]:
 
 
 def vector_of(result: SweepResult, path: str) -> tuple[str, str, str, Array]:
-    """Return name, quantity, unit and (n, 2) values of a vector: of a point or a joint.
+    """Return name, quantity, unit and (n, 2) values of a vector, nan where no motion comes to.
 
     A point's name stands for its position.
 
@@ -148,6 +149,7 @@ def vector_of(result: SweepResult, path: str) -> tuple[str, str, str, Array]:
         )
     part = path.split("/")[1]
     values = np.stack([lines[0].values, lines[1].values], axis=1)
+    values[np.isin(result.status, UNREACHED)] = np.nan
     return part, lines[0].quantity, lines[0].unit, values
 
 

@@ -18,6 +18,7 @@ from mechdae.draw.space.viewpoint import Array
 from mechdae.errors import InputError
 from mechdae.records import dataclass
 from mechdae.results.rotations import matrices
+from mechdae.results.status import UNREACHED
 
 if TYPE_CHECKING:
     from mechdae.results import SweepResult
@@ -124,8 +125,8 @@ class SpatialScene:
         ]
 
     def assembled(self) -> list[int]:
-        """Return the poses that are assembled."""
-        there = np.array([status != "unassembled" for status in self.status], dtype=bool)
+        """Return the poses that are assembled, and not beyond a stop."""
+        there = ~np.isin(self.status, UNREACHED)
         for track in self.tracks.values():
             there &= np.isfinite(track).all(axis=-1)
         return np.flatnonzero(there).tolist()
