@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
 from itertools import groupby, pairwise
+from operator import itemgetter
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -68,21 +69,21 @@ def fragments(result: SweepResult, shares: Array, lang: str = "en") -> tuple[Jso
         memory={}, larger=style.PAGE,
     )  # fmt: skip
     sheet, drawn, labels = steady_labels(shown, some, view, Words(lang))
+    order = sorted(known, key=lambda k: shares[k])
     if isinstance(view, SpatialView):
-        space, drawing = _in_space(shown, view, known, sheet, drawn, labels, shares)
+        space, drawing = _in_space(shown, view, order, sheet, drawn, labels, shares)
     else:
-        space, drawing = _in_plane(shown, view, known, sheet, drawn, labels, shares)
+        space, drawing = _in_plane(shown, view, order, sheet, drawn, labels, shares)
     return space, drawing | {"traces": list(shown.scene.paths)}
 
 
 def _in_plane(
-    shown: Seen, view: View, known: Sequence[int], sheet: Sheet, drawn: DrawnPose,
+    shown: Seen, view: View, order: Sequence[int], sheet: Sheet, drawn: DrawnPose,
     labels: SteadyLabels, shares: Array,
 ) -> tuple[Json, Json]:  # fmt: skip
     """Return nothing, for it is seen from above, and the scene as fragments."""
     scene, result, pose = shown.scene, shown.result, shown.pose
     assert view.bounds is not None
-    order = sorted(known, key=lambda k: shares[k])
 
     def ends_of(gid: str) -> Array | None:
         for shaft, head in pairwise(sheet.drawn):
@@ -103,7 +104,7 @@ def _in_plane(
 
 
 def _in_space(
-    shown: Seen, view: SpatialView, known: Sequence[int], sheet: Sheet, drawn: DrawnPose,
+    shown: Seen, view: SpatialView, order: Sequence[int], sheet: Sheet, drawn: DrawnPose,
     labels: SteadyLabels, shares: Array,
 ) -> tuple[Json, Json]:  # fmt: skip
     """Return from where it is seen, and the scene: solids, labels, springs and masses."""
@@ -111,7 +112,6 @@ def _in_space(
     pose = view.pose(sheet, scene, index)
     sheet.drawn[:] = [shape for shape in sheet.drawn if shape.anchor.points]  # not the items
     solids = list(_solids(_with_gravity(drawn, pose), pose))
-    order = sorted(known, key=lambda k: shares[k])
     ends = partial(_ends, solids)
     loads = load_states(scene, shown.result, index, order, view.peak or 1.0, ends)
     labels.write(sheet, index, _texts(drawn.marks, loads), shares)
@@ -149,7 +149,8 @@ def steady_labels(
 
     def anchors(label: Writing) -> list[Anchor]:
         if isinstance(view, SpatialView):
-            return spatial_anchors(scene, label, poses[0], first.items, view.moved)
+            shapes: list[Item | Primitive] = [*first.items, *sheets[0].drawn]
+            return spatial_anchors(scene, label, poses[0], shapes, view.moved)
         return anchors_of(scene, label, sheets[0], poses[0], first.links)
 
     rows = [each.texts for each in drawn]
@@ -276,21 +277,21 @@ class FragmentWriter:
     def __init__(self, sheet: Sheet, frame_of: Callable[[Anchor], AnchorFrame]) -> None:
         self.sheet, self.frame_of = sheet, frame_of
 
-    def parts(self, least: float = 0.0) -> Iterator[Json]:
-        """Yield the fragments from a rank on, those below first."""
-        drawn = [shape for shape in self.sheet.drawn if shape.z >= least]
-        order = sorted(drawn, key=lambda shape: shape.z)
+    def parts(self) -> Iterator[Json]:
+        """Yield the fragments, those below first."""
+        order = sorted(self.sheet.drawn, key=lambda shape: shape.z)
         for (anchor, _), group in groupby(order, key=lambda shape: (shape.anchor, shape.z)):
             run = list(group)
             rigid = len(anchor.points) < 2 and not anchor.grow and not anchor.span
             if anchor.points and anchor.points[0].endswith("/curve"):
                 rigid = False
             if rigid or anchor.spot is not None:
-                yield self._rigid(anchor, next((shape.gid for shape in run if shape.gid), ""), run)
+                for gid, named in groupby(_named(run), key=itemgetter(0)):
+                    yield self._rigid(anchor, gid, [shape for _, shape in named])
             else:
                 yield from (self._moving(shape) for shape in run)
 
-    def _rigid(self, anchor: Anchor, gid: str | None, run: Sequence[Primitive]) -> Json:
+    def _rigid(self, anchor: Anchor, gid: str, run: Sequence[Primitive]) -> Json:
         """Return markup in the frame of an anchor; what has a ``spot`` does not turn."""
         frame = self.frame_of(anchor)
         part = self._held(frame, gid)
@@ -324,6 +325,14 @@ class FragmentWriter:
         if anchor.grow:
             part["grow"] = [anchor.grow, round(frame.length(anchor.grow), 6)]
         return part
+
+
+def _named(run: Sequence[Primitive]) -> Iterator[tuple[str, Primitive]]:
+    """Yield primitives with what they belong to: heads of arrows are not named."""
+    gid = ""
+    for shape in run:
+        gid = shape.gid or gid
+        yield gid, shape
 
 
 def _corner(share: float, way: Array) -> list[float]:

@@ -10,8 +10,8 @@ import numpy as np
 from mechdae.describe.loads import Force, Load, Resistance, Spring
 from mechdae.draw import style
 from mechdae.draw.diagram.amounts import load_values, pushing
-from mechdae.draw.diagram.loads import coordinate_of
-from mechdae.draw.diagram.places import PlacedScene
+from mechdae.draw.diagram.loads import turns
+from mechdae.draw.diagram.places import JoinedScene
 from mechdae.draw.primitives import Array
 from mechdae.types import Json
 
@@ -20,11 +20,11 @@ if TYPE_CHECKING:
 
 
 STATES = 60
-"""Poses of which it is told how loads act."""
+"""Poses at which pages know how loads act."""
 
 
 def load_states(
-    scene: PlacedScene, result: SweepResult, pose: int, known: Sequence[int], peak: float,
+    scene: JoinedScene, result: SweepResult, pose: int, known: Sequence[int], peak: float,
     ends_of: Callable[[str], Array | None],
 ) -> Json:  # fmt: skip
     """Return by load how its arrow differs from that drawn, ``known`` being along the way.
@@ -35,16 +35,14 @@ def load_states(
     by a half turn. ``sense``: of the arrow drawn, along the coordinate. ``along``: whether it is
     along a coordinate. ``ends_of`` gives start and tip of an arrow in the frame it is drawn in.
     """
-    found: Json = {}
+    states: Json = {}
     picks = [known[k] for k in np.linspace(0, len(known) - 1, STATES).round().astype(int)]
     for load in scene.mechanism.loads.values():
         ends = None if isinstance(load, Spring) else ends_of(f"load-{load.name}")
         if ends is None:
             continue
         force, flat = isinstance(load, Force), scene.mechanism.dimension == 2
-        turns = not force and (
-            getattr(load, "body", None) is not None or coordinate_of(scene, load).is_angle
-        )
+        turned = turns(scene, load)
         values = np.array([
             _acting(scene, result, load, k, ends.shape[1] if force else 1) for k in (pose, *picks)
         ])  # fmt: skip
@@ -52,7 +50,7 @@ def load_states(
             values = (values @ values[0])[:, None]
         sizes = np.linalg.norm(values, axis=1)
         long = np.maximum(style.PULL[0], style.PULL[1] * sizes / peak) * (sizes > 0)
-        shares = 1.0 * (sizes > 0) if turns else long / (long[0] or style.PULL[0])
+        shares = 1.0 * (sizes > 0) if turned else long / (long[0] or style.PULL[0])
         ways = np.ones(len(values)) if force else np.where(values[:, 0] < 0, -1.0, 1.0)
         turn = np.zeros((len(values), 1 if flat or not force else 3))
         if force and flat:
@@ -64,10 +62,10 @@ def load_states(
         same = (rows[:, -2:] == 1.0).all() and (np.ptp(turn, axis=0) == 0.0).all()
         if isinstance(load, Resistance) or not same:
             chord = (ends[1] - ends[0]) / max(float(np.linalg.norm(ends[1] - ends[0])), 1e-12)
-            told = {"rows": rows.tolist(), "sense": ways[0], "along": not force}
-            told |= {"from": _way(chord)} if force else {"about": _way(ends.mean(axis=0))}
-            found[load.name] = told | ({"across": _way(chord)} if turns else {})
-    return found
+            held: Json = {"rows": rows.tolist(), "sense": ways[0], "along": not force}
+            held |= {"from": _way(chord)} if force else {"about": _way(ends.mean(axis=0))}
+            states[load.name] = held | ({"across": _way(chord)} if turned else {})
+    return states
 
 
 def _way(way: Array) -> list[float]:
@@ -75,7 +73,7 @@ def _way(way: Array) -> list[float]:
     return [round(part, 4) + 0.0 for part in (way * (1, -1) if len(way) == 2 else way).tolist()]
 
 
-def _acting(scene: PlacedScene, result: SweepResult, load: Load, pose: int, count: int) -> Array:
+def _acting(scene: JoinedScene, result: SweepResult, load: Load, pose: int, count: int) -> Array:
     """Return components of a force, or what acts along a coordinate; one where it is not known."""
     values = load_values(scene, result, load, pose)
     if isinstance(load, Resistance):

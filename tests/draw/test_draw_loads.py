@@ -11,6 +11,7 @@ from mechdae.draw import style
 from mechdae.draw.diagram import amounts
 from mechdae.draw.diagram.loads import peak_force
 from mechdae.draw.diagram.scene import read_scene
+from mechdae.draw.fragments import fragments
 from mechdae.draw.words import PREFIXES, Words, table
 from tests.scripts.labelling import count
 
@@ -216,6 +217,14 @@ def test_colours_stand_out_from_the_paper(theme):
     for color in (style.INK, style.GROUND, style.FAINT, style.LOAD, style.DRIVEN, style.WHEEL):
         assert contrast(theme.paint(color), paper) >= 4.5
     assert contrast(theme.paint(style.ARROW), paper) >= 3.0
+
+
+def test_a_page_turns_each_load_at_one_joint(result):
+    """The drive, a torsion spring, a torque and a table turn about one pin."""
+    drawing = fragments(result, np.linspace(0.0, 1.0, len(result.status)))[1]
+    parts = {part["id"]: len(part["shapes"]) for part in drawing["parts"] if "shapes" in part}
+    assert {"driver-crank.angle", "load-k3", "load-gas"} <= parts.keys()
+    assert parts["load-gas"] % 2 == 0  # shafts and heads
 
 
 def test_dark_paper_is_a_value(result):

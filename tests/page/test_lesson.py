@@ -35,6 +35,22 @@ def pages(tmp_path_factory):
     found = {
         name: md.page(name, task).save(folder / f"{name}.html") for name, task in CASES.items()
     }
+    guide, bar = [0.0, 0.0], {"P": [0, 0], "Q": ["l", 0]}
+    block = {"E": [0, 0]}
+    carriage = md.Mechanism(
+        parameters={"l": 0.1},
+        ground=md.Ground({"A": guide, "B": [0.0, 0.06]}),
+        bodies=[md.Body("cart", block), md.Body("bar", bar), md.Body("rider", block)],
+        joints=[
+            md.Prismatic("low", "ground.A", "cart.E"),
+            md.Revolute("P", "cart.E", "bar.P"),
+            md.Revolute("Q", "bar.Q", "rider.E"),
+            md.Prismatic("high", "ground.B", "rider.E"),
+        ],
+        sketch={"low": 0.02, "bar": 0.6, "high": 0.1},
+    )
+    led = md.Sweep(driver=md.Driver("low.slide", from_=0.0, to=0.1, speed=0.2), poses=5)
+    found["carriage"] = md.page(carriage, led).save(folder / "carriage.html")
     russian = md.page("four-bar-crank-rocker", "turn", lang="ru")
     return found | {"russian": russian.save(folder / "russian.html")}
 
@@ -332,6 +348,19 @@ def test_a_wrong_force_does_not_add_up(pages, browser, tmp_path):
     ]
     assert max(np.abs(row[:2]).max() for row in sums) > 10
     page.close()
+
+
+def test_plans_say_that_all_vectors_are_zero(opened):
+    """Two sliders on parallel guides carry a bar: it does not turn, and nothing accelerates."""
+    page, zero = opened("carriage", **SCREEN), "all vectors are zero"
+    page.click("#tab-plans")
+    velocities, accelerations = page.locator("#plans .plan").all_text_contents()
+    assert zero not in velocities
+    assert accelerations.endswith(zero)
+    page.click("#tab-explain")
+    for _ in range(6):  # groups without an equation have no plan
+        assert not page.locator("#explain .plan").is_visible()
+        page.click("#explain button[title='Next step']")
 
 
 def test_a_force_lights_in_table_plan_and_diagram(opened):

@@ -58,7 +58,11 @@ def test_loads_act_as_the_file_says(tmp_path):
     drawing = fragments(result, shares)[1]
     scene, rows = read_spatial(result), [3, 12, 25, 37]
     poses = [pose_of(scene, k) | {"share": shares[k], "senses": {}} for k in rows]
-    found = placed(drawing, poses, np.eye(3).tolist(), 300.0, tmp_path)
+    ground = {ref: place for ref, place in poses[0]["places"].items() if "ground" in ref}
+    nothing = poses[0] | {"places": ground, "turns": {}}  # it does not assemble
+    *found, bare = placed(drawing, [*poses, nothing], np.eye(3).tolist(), 300.0, tmp_path)
+    assert bare
+    assert not [gid for gid, *_ in bare if gid.startswith(("load-", "driver"))]
     long = []
     for k, shapes in zip(rows, found, strict=True):
         sine, cosine = np.sin(ANGLES[k]), np.cos(ANGLES[k])

@@ -230,7 +230,8 @@ def axed(browser: Any, name: str, folder: Path, axe: str, before: dict[str, Any]
         visit.page.emulate_media(color_scheme=kind)
         visit.look(kind)
     visit.page.close()
-    found = before.get("axe", {}) | {kind: ids for kind, ids in visit.violations.items() if ids}
+    found = before.get("axe", {}) | visit.violations
+    found = {kind: ids for kind, ids in found.items() if ids}
     return before | {"axe": found, "said": before["said"] + visit.said}
 
 

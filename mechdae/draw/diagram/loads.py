@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mechdae.describe.coordinates import NamedCoordinate, coordinate
-from mechdae.describe.loads import Force, Load, Resistance, Spring, TableLoad, Torque
+from mechdae.describe.loads import Force, Load, Resistance, Spring, TableLoad
 from mechdae.describe.mechanism import GROUND
 from mechdae.draw import style
 from mechdae.draw.diagram import symbols
@@ -71,15 +71,18 @@ def peak_force(scene: JoinedScene, result: SweepResult, poses: Sequence[int]) ->
     """Return the largest of the forces with a straight arrow that are known, in some poses."""
     sizes = []
     for load in scene.mechanism.loads.values():
-        straight = isinstance(load, Force)
-        if not straight and not isinstance(load, (Spring, Torque)):
-            turns = getattr(load, "body", None) is not None or coordinate_of(scene, load).is_angle
-            straight = not turns
-        if not straight:
+        if isinstance(load, Spring) or turns(scene, load):
             continue
         rows = [load_values(scene, result, load, pose) for pose in poses]
         sizes += [math.hypot(*row) for row in rows if row is not None]
     return max(sizes, default=0.0) or None
+
+
+def turns(scene: JoinedScene, load: Load) -> bool:
+    """Return whether a load acts about an axis, not along a line."""
+    if isinstance(load, Force):
+        return False
+    return getattr(load, "body", None) is not None or coordinate_of(scene, load).is_angle
 
 
 def acting(scene: JoinedScene, load: Load, pose: int) -> bool:
@@ -94,7 +97,7 @@ def acting(scene: JoinedScene, load: Load, pose: int) -> bool:
     return all(scene.shown(body, pose) for body in bodies)
 
 
-def coordinate_of(scene: JoinedScene | JoinedScene, load: object) -> NamedCoordinate:
+def coordinate_of(scene: JoinedScene, load: object) -> NamedCoordinate:
     """Return the coordinate along which a load works."""
     body = getattr(load, "body", None)
     along = getattr(load, "along", None) or getattr(load, "coordinate", None)

@@ -16,14 +16,14 @@ from mechdae.draw import style
 from mechdae.draw.diagram.diagram import FAR, DrawnPose, View
 from mechdae.draw.diagram.driver import driven_bodies, drivers_of, held_drivers, sense_of
 from mechdae.draw.diagram.heads import outside_of
-from mechdae.draw.diagram.loads import coordinate_of, load_points
+from mechdae.draw.diagram.loads import load_points
 from mechdae.draw.diagram.places import free_points
 from mechdae.draw.fonts import font, ink
 from mechdae.draw.labels import layout
 from mechdae.draw.labels.labels import AIR, Links, Writing, link_numbers, load_names
 from mechdae.draw.labels.obstacles import Obstacles
 from mechdae.draw.labels.steady import AnchorFrame
-from mechdae.draw.primitives import Anchor, Array
+from mechdae.draw.primitives import PAPER, Anchor, Array, Primitive
 from mechdae.draw.sheet import Sheet, normal, unit
 from mechdae.draw.space import solids
 from mechdae.draw.space.anchors import anchor as anchor_of
@@ -205,7 +205,7 @@ def spatial_anchors(
     scene: SpatialScene,
     label: Writing,
     pose: int,
-    items: Iterable[Item],
+    drawn: Iterable[Item | Primitive],
     moved: Mapping[str, float],
 ) -> list[Anchor]:
     """Return what a label moves with: a joint, its link, what its load moves with."""
@@ -221,25 +221,11 @@ def spatial_anchors(
         shown_at |= dict.fromkeys(ref for ref in free_points(scene, pose) if ref in points)
         return [Anchor(tuple(shown_at or points))]
     if name.startswith("load-"):
-        held = [item.anchor.points for item in items if item.gid == name]
-        return [Anchor(held[0] if held else tuple(load_ends(scene, name.removeprefix("load-"))))]
+        held = [each.anchor.points for each in drawn if each.gid == name and each.anchor.points]
+        return [Anchor(held[0]) if held else PAPER]
     if joint is None:
         return [Anchor((name,))]
     return [Anchor((joint.first, joint.second) if joint.pointer else (base_of(joint, moved),))]
-
-
-def load_ends(scene: SpatialScene, name: str) -> list[str]:
-    """Return the points at which a load acts; none of gravity."""
-    load = scene.mechanism.loads.get(name)
-    if load is None:
-        return []
-    between: tuple[str, ...] = getattr(load, "between", None) or ()
-    point, body = getattr(load, "point", None), getattr(load, "body", None)
-    if between or point or body:
-        return [*between] or ([str(point)] if point else scene.points(str(body))[:1])
-    entry = coordinate_of(scene, load)
-    joint = scene.mechanism.joints.get(entry.part)
-    return [f"{entry.part}.{entry.point}" if joint is None else joint.second]
 
 
 def draw_triad(sheet: Sheet, view: Viewpoint) -> None:

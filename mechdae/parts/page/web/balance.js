@@ -64,6 +64,6 @@ export class Balance {
     }
     const inner = bodies.length === 2 ? this.on(bodies[1]).filter(({ other }) => other === bodies[0]) : [];
     if (inner.length === 1) arrows.push({ ...inner[0], kind: "inner", from: [0, 0], to: inner[0].force });
-    return arrows.length ? { arrows, lines: [], ends: [], unit: "N" } : null;
+    return { arrows, lines: [], ends: [], unit: "N" };
   }
 }

@@ -58,15 +58,10 @@ export class Diagram extends View {
     return [first[0] + along * c - across * s, first[1] + along * s + across * c];
   }
 
-  /** A length [m] that ways are proportional to. */
-  measured(grow, { places }) {
-    if (grow === "m") return 1;
-    if (grow.includes(">")) {
-      const [a, b] = grow.split(">").map((name) => places[name]);
-      return a && b ? Math.hypot(b[0] - a[0], b[1] - a[1]) : NaN;
-    }
+  /** A length [m] that ways are proportional to, that of a joint too. */
+  measured(grow, pose) {
     const [name, key] = grow.split("/");
-    return this.joints.get(name)[key];
+    return key ? this.joints.get(name)[key] : super.measured(grow, pose);
   }
 
   /** How far points slide along guides and racks over poses [places, angles]: where dimensions are not those of the file. */

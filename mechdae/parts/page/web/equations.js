@@ -76,9 +76,7 @@ export class Equations {
 
   /** The plan of velocities or accelerations: arrows, lettered ends, sides of images; of one group or of all. */
   plan(order, only = null) {
-    const size = this.size[order - 1];
-    if (!(size > 0)) return null;
-    const pole = this.spots.some(({ letter }) => letter === "P") ? "pᵥ" : "p"; // p is the image of P
+    const size = this.size[order - 1], pole = this.spots.some(({ letter }) => letter === "P") ? "pᵥ" : "p"; // p is the image of P
     const arrows = [], ends = [{ text: order === 1 ? pole : "π", at: this.still }], lines = [], counts = {}, { flat } = this;
     const add = (id, kind, from, vector, letter) => {
       const to = sum(from, vector);

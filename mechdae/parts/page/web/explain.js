@@ -48,11 +48,11 @@ export class Explain {
     const group = equations && equations.groups[k], balance = group && order === FORCES ? app.balance() : null;
     this.clear();
     app.diagram.layers.forces.style.display = "none";
-    const there = group && (order === FORCES ? balance : order ? equations.rated : true);
+    const there = group && (order === FORCES ? balance : order ? equations.rated : true), planned = there && order && (balance || group.all.length);
     if (app.reading) this.body.replaceChildren(...(!there ? [made("p", {}, words("none"))] : balance ? this.balanced(balance, k) : this.written(equations, group, order)));
-    this.sheet.style.display = order && there ? "block" : "none"; // before it is measured
+    this.sheet.style.display = planned ? "block" : "none"; // before it is measured
     if (!there) return;
-    if (order) drawPlan(this.sheet, balance ? balance.plan(k) : equations.plan(order, k), "");
+    if (planned) drawPlan(this.sheet, balance ? balance.plan(k) : equations.plan(order, k), "");
     if (balance) this.forces(balance, k);
     else if (order) this.arrows(equations, group, order);
     else this.circles(equations, group);

@@ -76,7 +76,9 @@ export function drawPlan(svg, plan, title) {
   svg.setAttribute("viewBox", `0 0 ${width} ${height}`);
   const note = (text, y) => { element("text", { x: 8, y, class: "tick" }, svg).textContent = text; };
   if (title) note(title, 13);
-  if (!plan || !(width > 0)) { if (!plan) note(words("none"), 30); return; }
+  const missing = plan ? (plan.arrows.length ? "" : "all_zero") : "none";
+  if (missing) note(words(missing), 30);
+  if (missing || !(width > 0)) return;
   const { arrows, lines, ends, unit } = plan;
   const every = [[0, 0], ...arrows.flatMap(({ from, to }) => [from, to])];
   const [xs, ys] = [0, 1].map((k) => every.map((own) => own[k]));

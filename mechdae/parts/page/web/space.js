@@ -135,13 +135,9 @@ export class SpaceDiagram extends View {
   /** Shapes of a part with their places in units: right, up, towards the eye; none where something is not known. */
   shapes(part, pose) {
     const bases = part.at.map((name) => this.place(name, pose)), columns = part.turn === "eye" ? this.basis : this.turned(part.turn, pose), loaded = this.loaded(part.id, pose);
-    if (!bases.every(Boolean) || !columns || !loaded) return [];
+    if (!bases.every(Boolean) || !columns || !loaded || this.idle(part, pose)) return [];
     const ways = columns.map((column) => this.seen(column)), spots = part.paper ? [this.under3(part.paper)] : bases.map((base) => times(this.seen(base), this.scale));
-    let grow = 1;
-    if (part.grow) {
-      const ends = part.grow[0].includes(">") ? part.grow[0].split(">").map((name) => this.place(name, pose)) : null;
-      grow = ((ends ? Math.hypot(...plus(ends[1], ends[0], -1)) : 1) * this.scale) / part.grow[1];
-    }
+    const grow = this.growth(part, pose);
     return part.shapes.map(([kind, look, size, row]) => {
       const count = row.length / 3, each = spots.length === count;
       const places = Array.from({ length: count }, (_, k) => loaded(row.slice(3 * k, 3 * k + 3)).reduce((sum, way, i) => plus(sum, ways[i], grow * way), spots[each ? k : 0]));

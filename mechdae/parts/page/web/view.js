@@ -1,13 +1,13 @@
 /** A picture of poses in metres on a sheet of units, which grow with the picture as those of `mechdae plot`. */
 import { displayed } from "./units.js";
+import { subtracted } from "./vectors.js";
 
 const SPACE = "http://www.w3.org/2000/svg";
 /** Axes in which a unit is a point, least and greatest scale, margin and strip below: as in `draw/style.py`. */
 const AREA = [488, 306], SCALES = [0.75, 6], MARGIN = 34, STRIP = 22;
 
 /** Room between a letter and its index, and half the longest label [units]. */
-const AFTER = 0.5, ZERO = [0, 0, 0];
-const WIDEST = 80;
+const AFTER = 0.5, WIDEST = 80, ZERO = [0, 0, 0], ACTING = /^(driver|load|label-load)-/;
 
 /** @param {string} name @param {Record<string, any>} attributes @param {Element} [parent] */
 export function element(name, attributes, parent) {
@@ -115,10 +115,13 @@ export class View {
   update(pose) {
     this.build();
     this.drawing.parts.forEach((part, k) => {
-      const made = this.elements[k], shown = part.shapes ? this.rigid(part, made, pose) : this.moving(part, made.firstChild, pose);
+      const made = this.elements[k], shown = !this.idle(part, pose) && (part.shapes ? this.rigid(part, made, pose) : this.moving(part, made.firstChild, pose));
       made.setAttribute("display", shown ? "inline" : "none");
     });
   }
+
+  /** Whether a load or driver has nothing to act on: nothing but the ground is there. */
+  idle({ id }, { places }) { return ACTING.test(id) && Object.keys(places).every((name) => name.startsWith("ground.")); }
 
   rigid(part, made, pose) {
     const frame = this.frame(part, pose);
@@ -172,6 +175,13 @@ export class View {
 
   /** How much longer ways are than they were written. */
   growth(part, pose) { return part.grow ? (this.measured(part.grow[0], pose) * this.scale) / part.grow[1] : 1; }
+
+  /** A length [m] that ways are proportional to. */
+  measured(grow, pose) {
+    if (grow === "m") return 1;
+    const [a, b] = grow.split(">").map((name) => this.place(name, pose));
+    return a && b ? Math.hypot(...subtracted(b, a)) : NaN;
+  }
 
   /** How a load acts against what was drawn of it: of the nearest state of its sense, where that is known; null of what is no load that changes. */
   acting(id, { share, senses }) {

@@ -22,8 +22,6 @@ class Closed extends Balance {
 class Study {
   constructor(editor, session) { Object.assign(this, { editor, session, data: session.data }); }
 
-  get place() { return this.session.s; }
-
   /** Numbers are written in every frame. */
   get reading() { return true; }
 
@@ -42,7 +40,7 @@ class Study {
     const plan = (order) => {
       const images = data.entries.filter(({ kind }) => kind === "points").map(({ part, columns }) => ({ part, at: session.inTime(pose, columns, order) }));
       const size = Math.max(...images.map(({ at }) => Math.hypot(...at)));
-      if (!(size > 0)) return null;
+      if (!(size >= 0)) return null;
       const same = (one, two) => Math.hypot(one[0] - two[0], one[1] - two[1]) < 1e-6 * size, ends = [{ text: order === 1 ? "p" : "π", at: [0, 0] }], arrows = [], lines = [], symbol = order === 1 ? "v" : "a";
       for (const { part, at } of images) {
         const letter = data.lesson.letters[part], small = letter.charAt(0).toLowerCase() + letter.slice(1), known = ends.find((own) => same(own.at, at));
