@@ -91,7 +91,7 @@ def test_names_from_files_change_nothing(tmp_path):
 
 def test_tasks_that_cannot_be_live_say_why():
     for name, words in (
-        ("andrews-squeezer", "kind motion"),
+        ("andrews-squeezer", "integrated step by step"),
         ("parallelogram-three-cranks", "redundant"),
     ):
         data = md.page(name).data
