@@ -14,7 +14,7 @@ import pytest
 
 import mechdae as md
 from mechdae.cli import main
-from tests.shared.gaps import slider_crank
+from tests.shared.gaps import slider_crank, two_wheels
 from tests.shared.paths import ROOT
 
 LOST = "no pose has a proved band"
@@ -194,3 +194,11 @@ def test_bands_are_drawn_without_a_wish_where_there_are_any(
     messages = capsys.readouterr().err
     assert "Traceback" not in messages
     assert bool(wish) == ("no band is proved of these points" in messages) == (kind != "band")
+
+
+def test_wheels_whose_centres_stay_have_curves_of_their_bands() -> None:
+    """A band of rounding is none: points of wheels about fixed pins stay where they are."""
+    task = md.Play(md.Driver("crank.angle", from_=0.0, to=1.0), poses=3)
+    drawn = md.plot(md.Problem(two_wheels(), {"play": task}))
+    band = np.degrees(0.5e-4 / 0.04)
+    assert any(np.allclose(line.get_ydata(), band, rtol=1e-5) for line in drawn.get_lines())
