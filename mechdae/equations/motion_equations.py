@@ -230,7 +230,7 @@ class Released:
     def lockable(self) -> Sym:
         """Speeds that may be held at zero, over the absolute coordinates and their rates, (k,)."""
         model = self.model
-        rates = [ca.jtimes(c.gap, model.q, model.velocity) for c in self.unilateral]
+        rates = [ca.dot(self.stack(c.column), model.velocity) for c in self.unilateral]
         return ca.vertcat(self.rubbing.speeds, *rates)
 
     @cached_property
