@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import mechdae as md
-from mechdae.draw.space import spatial_drawing
+from mechdae.draw.diagram import diagram
 from mechdae.draw.space.anchors import offsets
 from mechdae.draw.space.spatial_scene import pose_chains, read_spatial
 from mechdae.errors import InputError
@@ -34,13 +34,13 @@ def solved(name: str, poses: int = 13):
 def labels(monkeypatch):
     """Boxes of the labels written in a test: (gid, low, high)."""
     seen = []
-    write = spatial_drawing.write_all
+    write = diagram.write_all
 
     def spy(*given):
         seen.append(write(*given))
         return seen[-1]
 
-    monkeypatch.setattr(spatial_drawing, "write_all", spy)
+    monkeypatch.setattr(diagram, "write_all", spy)
     return seen
 
 

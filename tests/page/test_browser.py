@@ -167,7 +167,7 @@ def test_a_phone_does_not_scroll_sideways(opened, name, width):
 
 def test_recorded_poses_play(opened):
     page = opened("double-pendulum")
-    assert "kind motion" in page.evaluate("mechdae.live")
+    assert "a motion is integrated" in page.evaluate("mechdae.live")
     before = page.evaluate("mechdae.pose().points")
     page.get_by_role("button", name="Play").click()
     until(page, "mechdae.pose().driver.t > 0.05")
