@@ -307,6 +307,7 @@ def test_input_errors_of_a_task_are_in_the_units_of_the_file() -> None:
         ("joints.B", "clearance_inch", "did you mean clearance_in? units are _mm, _cm, _in, _ft"),
         ("joints.B", "limits_degree", "did you mean limits_deg? units are _deg"),
         ("joints.B", "backlash_angle_deg", "backlash_angle is a key of gear"),
+        ("joints.B", "backlash_mm", "backlash is a key of gear, rack"),
         ("joints.B", "betwen", "did you mean between?"),
     ],
 )

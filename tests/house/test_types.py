@@ -10,7 +10,7 @@ from tests.shared.paths import ROOT
 PACKAGE = ROOT / "mechdae"
 BARE, ARRAYS = 1_943, 4_600
 """At most so often stands `Any`, at least so often the name of an array of `mechdae/types.py`."""
-SAYS_NOTHING, BINDINGS = ("own", "told", "asked", "kept", "laid"), 160
+SAYS_NOTHING, BINDINGS = ("own", "told", "asked", "kept", "laid"), 120
 """Names that are any thing's, and at most so often variables and arguments are called so."""
 
 

@@ -111,9 +111,9 @@ def unknown_key(key: str, known: Collection[str]) -> UnknownName:
     if not close_matches(key, known, 1, 0.9):
         error.hint = unit_meant(key, known) or error.hint
     base = split_unit(key)[0]
-    if not error.hint:
+    if not error.hint or not close_matches(base, known, 1, 0.75):
         owners = [kind for kind, joint in JOINTS.items() if base in keys_of(joint)]
-        error.hint = f"{base} is a key of {' and '.join(owners)}" if owners else ""
+        error.hint = f"{base} is a key of {', '.join(owners)}" if owners else error.hint
     return error
 
 
