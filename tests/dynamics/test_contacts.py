@@ -627,7 +627,7 @@ def test_a_clearance_larger_than_a_link_is_refused(clearance: float) -> None:
     if clearance < 0.153:
         assert md.solve(from_dict(data), "m").fault is None
         return
-    with pytest.raises(MechanismError, match=r"larger than the link crank, 0\.153 m") as caught:
+    with pytest.raises(MechanismError, match=r"the next joint of crank it is 0\.153 m") as caught:
         md.solve(from_dict(data), "m")
     assert "joints.A.clearance" in str(caught.value)
 

@@ -6,15 +6,13 @@ centres. Where they touch it has the gradient of c - |e|, and it is smooth every
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 
 import casadi as ca
 
 from mechdae.describe.coordinates import coordinate
 from mechdae.describe.joints.joint import GAPS, LIMITS
-from mechdae.describe.joints.limits import in_gaps, limited
-from mechdae.describe.mechanism import Mechanism
+from mechdae.describe.joints.limits import check_size, in_gaps, limited
 from mechdae.dynamics.equations import MotionProblem, setup
 from mechdae.dynamics.start import Start, start
 from mechdae.equations.forces.feedback import Unilateral
@@ -109,30 +107,17 @@ def inside(model: Model) -> list[Unilateral]:
     return found
 
 
-def _check_links(mechanism: Mechanism) -> None:
-    """Raise for a clearance that is larger than a link of its joint."""
-    values = mechanism.values()
-    for name in in_gaps(mechanism.joints, values):
-        joint, clearance = mechanism.joints[name], values.get(f"{name}.clearance", 0.0)
-        for body, point in (end.split(".") for end in (joint.first, joint.second)):
-            points = mechanism.bodies[body].points if body in mechanism.bodies else ()
-            places = {p: [values[f"{body}.{p}.{axis}"] for axis in "xy"] for p in points}
-            length = max((math.dist(places[point], at) for at in places.values()), default=0.0)
-            if clearance > length > 0:
-                raise MechanismError(
-                    f"the clearance of {clearance:.6g} m is larger than the link {body}, "
-                    f"{length:.6g} m: its pin holds nothing",
-                    where=f"joints.{name}.clearance",
-                    hint="a small share of the link",
-                )
-
-
 def start_in_gaps(whole: MotionProblem) -> Start:
     """Return the start with joints in the middle of their gaps if what is given agrees with that.
 
     Otherwise the pose of the sketch without gaps is moved to what is given.
     """
-    _check_links(whole.problem.mechanism)
+    mechanism = whole.problem.mechanism
+    values = mechanism.values()
+    for name in in_gaps(mechanism.joints, values):
+        for key in GAPS:
+            if values.get(f"{name}.{key}"):
+                check_size(mechanism, mechanism.joints[name], key, values[f"{name}.{key}"])
     closed = setup(whole.problem, replace(whole.task, clearance=None))
     try:
         return start(closed)

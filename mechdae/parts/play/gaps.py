@@ -13,7 +13,6 @@ those of the pose without play; the angle of friction in a pin is not counted.
 from __future__ import annotations
 
 import functools
-import math
 from collections.abc import Mapping, Sequence
 
 import casadi as ca
@@ -21,6 +20,7 @@ import numpy as np
 
 from mechdae.describe import Mechanism
 from mechdae.describe.joints.joint import GAPS, Joint
+from mechdae.describe.joints.limits import check_size
 from mechdae.equations.gaps import opened
 from mechdae.equations.model import Model, Row
 from mechdae.errors import MechanismError
@@ -115,7 +115,7 @@ def gaps_of(
         raise MechanismError("the outputs depend on no joint with a clearance", where="outputs")
     sized = [each for each in found if each[2]] or found
     for joint, key, size, _ in sized:
-        _check_size(mechanism, joint, key, size)
+        check_size(mechanism, joint, key, size)
     return [_gap(*each, values, centres) for each in sized]
 
 
@@ -140,32 +140,6 @@ def _gap(
     rows, units = (list(each) for each in zip(*[places[part] for part in reach], strict=True))
     each = np.stack([np.atleast_1d(size) for size in reach.values()], axis=1)
     return JointGap(name, key, size, rows, each, joint.hinge, units)
-
-
-def _check_size(mechanism: Mechanism, joint: Joint, key: str, size: float) -> None:
-    """Raise for a gap in metres that is as large as a link of the joint."""
-    if key == "backlash_angle":
-        return
-    values, used = mechanism.values(), set[str]()
-    for each in mechanism.joints.values():
-        used |= {each.first, each.second}
-    for side in (joint.first, joint.second):
-        body = side.split(".")[0]
-        if body not in mechanism.bodies:
-            continue
-        here = np.array([values[f"{side}.x"], values[f"{side}.y"]])
-        links = [
-            float(np.hypot(*(np.array([values[f"{point}.x"], values[f"{point}.y"]]) - here)))
-            for point in used
-            if point.split(".")[0] == body
-        ]
-        length = min((link for link in links if link > 0), default=math.inf)
-        if size >= length:
-            raise MechanismError(
-                f"{key} is {size:g} m, and from there to the next joint of {body} it is "
-                f"{length:g} m: it has to be smaller than the link",
-                where=f"joints.{joint.name}.{key}",
-            )
 
 
 def multipliers(model: Model, joint: str, parts: Sequence[str]) -> Sym:
