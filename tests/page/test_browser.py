@@ -54,6 +54,21 @@ def test_interface_for_embedding(opened):
     assert "b = 0.125" in page.evaluate("mechdae.toml()")
 
 
+@pytest.mark.parametrize("kind", ["page", "editor"])
+def test_what_fails_unforeseen_is_shown(browser, tmp_path, kind):
+    page = browser.new_page()
+    made = md.page("four-bar-crank-rocker", "turn") if kind == "page" else editor()
+    loaded(page, made.save(tmp_path / "p.html"))
+    alert = page.locator("p[role=alert]")
+    assert alert.count() == 1
+    assert not alert.is_visible()
+    page.evaluate("void setTimeout(() => { throw new Error('first <b>') })")
+    page.evaluate("void setTimeout(() => Promise.reject(new Error('second')))")
+    until(page, "!document.querySelector('p[role=alert]').hidden")
+    assert "first <b>" in alert.inner_text()
+    page.close()
+
+
 def test_fields_of_drivers_show_and_read_a_decimal_comma(browser, tmp_path):
     said: list[str] = []
     page = browser.new_page()

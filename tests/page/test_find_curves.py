@@ -184,6 +184,18 @@ def test_curves_of_random_four_bars_come_back(finding, full):
     assert np.median(times) < 2.0
 
 
+def test_curves_that_six_bars_trace_are_found(finding):
+    """Among the candidates are six-bars whose driver does not turn through."""
+    finding.atlas()
+    s = np.linspace(0, 2 * np.pi, 240, endpoint=False)
+    x, y = 1.3 * np.sin(s) * (0.4 + 0.6 * np.cos(s) ** 2) + 0.1 * np.cos(s), 1.5 * np.cos(s)
+    hourglass = 0.04 * (x + 1j * y)
+    found, _ = finding.curve(hourglass)
+    good = [own for own in found if own["good"]]
+    assert {own["class"] for own in good} & {"watt", "stephenson"}
+    assert min(off(hourglass, own["way"]) for own in good) < 0.01
+
+
 def test_the_task_goes_on_in_synthesize(finding, tmp_path):
     page = finding.page
     finding.choose("Poses")

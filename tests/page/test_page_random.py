@@ -219,6 +219,7 @@ def test_the_measured_pages_are_as_good_as_the_page_says():
     assert bars["summary"]["letters"] <= 0.05
     assert f"{100 * bars['summary']['letters']:.0f} % of the frames" in text
     assert bars["summary"]["small_frame_ms"][1] < 16  # 60 frames a second, to eight links
+    assert bars["summary"]["small_played"] > 59
     assert f"{bars['summary']['pages']} pages" in text
     for own in browsers:
         assert own["worst"] < 1e-12

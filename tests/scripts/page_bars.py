@@ -1,7 +1,7 @@
 """Live pages and the editor in a real browser: size, times, frames, letters, phones, axe-core.
 
     python -m tests.scripts.page_bars [--out FILE] [--axe FOLDER] [--pictures FOLDER] [NAME ...]
-    python -m tests.scripts.page_bars --out FILE --letters [NAME ...]  # sizes and letters anew
+    python -m tests.scripts.page_bars --out FILE --part letters|frames [NAME ...]  # these anew
     python -m tests.scripts.page_bars --out FILE --only-axe --axe FOLDER  # in light, dark
 
 ``--axe`` is a folder with ``axe.min.js`` (``npm pack axe-core``); it is not part of the package.
@@ -212,14 +212,22 @@ def measured(
     return found
 
 
-def lettered(browser: Any, name: str, folder: Path, before: dict[str, Any]) -> dict[str, Any]:
-    """Return the row of a page with its size and its letters measured again."""
+def anew(
+    browser: Any, name: str, folder: Path, before: dict[str, Any], part: str
+) -> dict[str, Any]:
+    """Return the row of a page with its size and a part measured again: letters or frames."""
     file = md.page(name).save(folder / f"{name}.html")
     visit = Visit(browser, file, "en", None, None)
-    letters = visit.page.evaluate(LETTERS, FRAMES) if before["live"] else None
+    found = before | {"bytes": file.stat().st_size}
+    if before["live"]:
+        visit.page.wait_for_timeout(500)
+        found |= (
+            {"letters": visit.page.evaluate(LETTERS, FRAMES)}
+            if part == "letters"
+            else visit.played(2.0)
+        )
     visit.page.close()
-    found = before | {"bytes": file.stat().st_size, "said": before["said"] + visit.said}
-    return found | ({"letters": letters} if before["live"] else {})
+    return found | {"said": before["said"] + visit.said}
 
 
 def axed(browser: Any, name: str, folder: Path, axe: str, before: dict[str, Any]) -> dict[str, Any]:
@@ -287,14 +295,14 @@ def main() -> None:
     parser.add_argument("--out")
     parser.add_argument("--axe")
     parser.add_argument("--pictures", type=Path)
-    parser.add_argument("--letters", action="store_true")
+    parser.add_argument("--part", choices=("letters", "frames"))
     parser.add_argument("--only-axe", action="store_true")
     options = parser.parse_args()
     from playwright.sync_api import sync_playwright
 
     axe = Path(options.axe, "axe.min.js").read_text(encoding="utf-8") if options.axe else None
     table, drawn = dict[str, Any](), dict[str, Any]()
-    again = options.letters or options.only_axe
+    again = options.part or options.only_axe
     if (options.names or again) and options.out and Path(options.out).exists():
         known = json.loads(Path(options.out).read_text(encoding="utf-8"))
         table, drawn = known["pages"], known["editor"]
@@ -305,9 +313,9 @@ def main() -> None:
                 table[name] = axed(browser, name, Path(folder), axe or "", table[name])
                 print(name, table[name]["axe"], table[name]["said"], flush=True)
                 continue
-            if options.letters:
-                table[name] = lettered(browser, name, Path(folder), table[name])
-                print(name, table[name].get("letters"), flush=True)
+            if options.part:
+                table[name] = anew(browser, name, Path(folder), table[name], options.part)
+                print(name, table[name].get("letters"), table[name].get("played"), flush=True)
                 continue
             try:
                 table[name] = measured(browser, name, Path(folder), axe, options.pictures)

@@ -61,15 +61,19 @@ class Finding:
         """
         begun = self.seconds()
         self.page.evaluate(SEEK, np.stack([curve.real, curve.imag], axis=1).tolist())
-        while self.page.evaluate("mechdae.finder.took === null"):
-            self.page.wait_for_timeout(20)
+        self.until("mechdae.finder.took !== null")
         seconds = self.seconds() - begun
         return (self.waited() if whole else self.found()), seconds
 
     def waited(self):
-        while self.page.evaluate("mechdae.finder.busy"):
-            self.page.wait_for_timeout(20)
+        self.until("!mechdae.finder.busy")
         return self.found()
+
+    def until(self, condition):
+        """Wait as long as it takes, but not for a search that has failed."""
+        while not self.page.evaluate(condition):
+            assert self.said == []
+            self.page.wait_for_timeout(20)
 
     def found(self):
         found = self.page.evaluate(FOUND)

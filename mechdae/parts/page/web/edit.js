@@ -6,7 +6,7 @@ import { Diagram } from "./diagram.js";
 import { offered, svgText } from "./files.js";
 import { Finder } from "./find/find.js";
 import { textOf } from "./edit/given.js";
-import { find, made, numberIn } from "./made.js";
+import { find, made, numberIn, showFailures } from "./made.js";
 import { bodyOf } from "./edit/mechanism.js";
 import { Properties } from "./edit/properties.js";
 import { Refused } from "./read_toml.js";
@@ -516,6 +516,7 @@ class Editor {
   }
 }
 
+showFailures();
 const editor = new Editor(JSON.parse(find("mechdae").textContent));
 window.mechdae = {
   ready: Promise.resolve(true),

@@ -1,4 +1,5 @@
 /** Elements of the page. */
+import { sentence } from "./words.js";
 
 export const find = (id) => document.getElementById(id);
 
@@ -30,3 +31,16 @@ export function symbol([letter, low, high = ""]) {
 
 /** A number of a form: a comma stands for a point too. */
 export const numberIn = (text) => (text.trim() === "" ? NaN : Number(text.replace(",", ".").replace("\u2212", "-")));
+
+/** Show what failed unforeseen in the page, once: what it shows from then on may be of before. */
+export function showFailures() {
+  const place = made("p", { role: "alert", class: "failure", hidden: true });
+  document.body.prepend(place);
+  for (const kind of ["error", "unhandledrejection"]) {
+    window.addEventListener(kind, ({ error, reason }) => {
+      if (!place.hidden || !(error || reason)) return;
+      place.hidden = false;
+      place.textContent = sentence("failed", (error || reason).message || error || reason);
+    });
+  }
+}

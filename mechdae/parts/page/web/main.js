@@ -4,7 +4,7 @@ import { Session } from "./session.js";
 import { Recorded } from "./recorded.js";
 import { isWhole } from "./whole.js";
 import { digits, displayed, nameIn, quantity, rounded, showIn } from "./units.js";
-import { find, made, numberIn } from "./made.js";
+import { find, made, numberIn, showFailures } from "./made.js";
 import { scriptOf } from "./compile.js";
 import { Tabs } from "./tabs.js";
 import { Dimensions } from "./dimensions.js";
@@ -513,6 +513,7 @@ function run(text) {
 
 /** Start the page with the diagrams of the plane or of space; `panels` are the classes of what is shown beside them. */
 export function begin(Kind, panels) {
+  showFailures();
   document.head.append(made("style", {}, LOOK));
   const given = JSON.parse(find("mechdae").textContent);
   if (isWhole(find("mechdae").textContent, SUM)) {

@@ -52,12 +52,14 @@ export function ofCurve(solution, tau, { centre, size }) {
 /** Values of the driver from which each branch is followed: the middle of a full turn, or one on either side between limits. */
 export const beginnings = ({ family }) => (FAMILIES[family].whole ? [0] : [0.3, Math.PI + 0.3]);
 
-/** Class of a mechanism of the atlas, and its worst transmission angle over the motion. */
+/** Class of a mechanism of the atlas, and its worst transmission angle over the motion: 0 where its driver cannot turn through. */
 export function factsOf(solution) {
   const { name, whole } = FAMILIES[solution.family], [bar, rocker, ground] = solution.y.subarray(6, 9).map(Math.exp);
   const sine = (a, b, c) => Math.abs(across(minus(b, a), minus(c, b))) / (norm(minus(b, a)) * norm(minus(c, b)));
   const sines = Array.from(around(90), (tau) => {
-    const { A, B, B0, C, D, E } = jointsOf(solution, tau).joints;
+    const found = jointsOf(solution, tau);
+    if (!found) return 0;
+    const { A, B, B0, C, D, E } = found.joints;
     return Math.min(sine(A, B, B0 || added(B, [0, 1])), E ? sine(C, D, E) : 1);
   });
   return { class: ["four-bar", "rocker"].includes(name) ? classOf(1, bar, rocker, ground) : name, full: whole, angle: Math.asin(Math.min(1, ...sines)) };
