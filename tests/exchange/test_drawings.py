@@ -246,9 +246,10 @@ BACK = (
     *("elliptic-trammel", "double-pendulum", "parallelogram-three-cranks", "toggle-press"),
 )
 LOST = {
-    "quick-return-pin": "2 line on layer JOINTS",
+    "quick-return-pin": "1 line on layer JOINTS",
     "geared-five-bar-97-13": "2 second circle around a pin",
     "cam-roller-follower": "2 line on layer JOINTS",
+    "c1-exact-max-mu": "weld base",
 }
 
 

@@ -20,12 +20,12 @@ BUDGETS = {
     "design": 15_890,
     "tasks": 2_420,
     "cli": 1_720,
-    "parts": 30_710,  # what a page teaches by
+    "parts": 30_580,  # what a page teaches by
 }
 """Room -> most lines of its modules; some of them import what annotations name."""
 ALONE = 1117
 """Lines of the modules that stand alone: errors, docstrings, records, types, additions."""
-TOTAL = 145_450
+TOTAL = 145_350
 LONGEST = 500
 LONGER = {
     "describe/joints/spatial.py": 520,

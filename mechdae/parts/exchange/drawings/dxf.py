@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Iterable, Sequence
 from typing import Any
 
@@ -10,30 +9,28 @@ import numpy as np
 
 from mechdae import __version__
 from mechdae.describe import GROUND, Joint
-from mechdae.describe.joints.curve import follows_curve
-from mechdae.draw.diagram.places import Place, edges, letters_of, numbers_of, places_of, shape_of
+from mechdae.draw import style
+from mechdae.draw.diagram.diagram import View, draw_pose, extent
+from mechdae.draw.diagram.guides import axis_of, travel
+from mechdae.draw.diagram.places import places_of, shape_of
 from mechdae.draw.diagram.scene import DrawnScene, choose_pose, read_scene
-from mechdae.draw.diagram.wheels import circles, curve_points, rack_span
+from mechdae.draw.diagram.wheels import circles
+from mechdae.draw.primitives import Primitive
+from mechdae.draw.sheet import Sheet, normal
 from mechdae.draw.smooth import traced
+from mechdae.draw.words import ENGLISH
 from mechdae.errors import UnavailableError
-from mechdae.parts.exchange.drawings.dxf_read import SAME, UNDRAWN, distance
+from mechdae.parts.exchange.drawings.dxf_read import SAME, UNDRAWN
 from mechdae.results.status import stretches
 from mechdae.tasks import ExportedMotion
 from mechdae.types import Floats, Points
 
-PIN = 0.012
-"""Radius of pins,"""
-BLOCK = (0.04, 0.022)
-"""half the length and width of blocks,"""
-LETTER = 0.028
-"""and height of names, as shares of the drawing's size."""
-ROUND = 8
-"""Directions in which a name may stand."""
+CAPITAL = 0.7
+"""Height of capitals, as a share of the size of letters."""
 MILLIMETRE = 1000.0
 LAYERS = {"LINKS": 7, "JOINTS": 5, "GROUND": 8, "GUIDES": 8, "PATHS": 1, "NAMES": 3}
 """Layers with their colours."""
 DASHED = {"PATHS"}
-Rims = dict[str, list[float]]
 
 
 def dxf(motion: ExportedMotion, pose: int | None = None) -> dict[str, str]:
@@ -47,223 +44,93 @@ def dxf(motion: ExportedMotion, pose: int | None = None) -> dict[str, str]:
 
 
 class _Drawing:
-    def __init__(self, motion: ExportedMotion, scene: DrawnScene, pose: int) -> None:
-        self.motion, self.scene, self.pose = motion, scene, pose
-        self.out = DxfText()
-        self.size = self._size()
-        self.lines: list[tuple[Floats, Floats]] = []
-        self.undrawn: list[str] = []
+    """The diagram of a pose on layers; links and fixed guides, which are read back, by places."""
 
-    def _size(self) -> float:
-        """Return the larger side of the links and paths [m]."""
-        tracks = [track for track in self.scene.paths.values() if np.isfinite(track).any()]
-        here = [
-            self.scene.place(f"{name}.{point}", self.pose)[None]
-            for name in self.scene.origins
-            for point in self.scene.mechanism.body(name).points
-            if self.scene.shown(name, self.pose)
-        ]
-        every = np.concatenate([*tracks, *here])
-        return float(np.nanmax(np.ptp(every[np.isfinite(every).all(axis=1)], axis=0))) or 1.0
+    def __init__(self, motion: ExportedMotion, scene: DrawnScene, pose: int) -> None:
+        self.motion, self.scene, self.pose, self.out = motion, scene, pose, DxfText()
+        view = View(loads=False, bare=True)
+        self.sheet: Sheet = draw_pose(None, scene, motion.result, pose, view, style.LIGHT, ENGLISH)
+        places = places_of(scene, pose)
+        self.fixed = {entry for place in places if place.fixed for entry in place.references}
 
     def text(self) -> str:
-        scene, motion = self.scene, self.motion
+        scene, motion, joints = self.scene, self.motion, self.scene.joints(self.pose)
         for name in scene.origins:
             if name != GROUND and scene.shown(name, self.pose):
                 self._link(name)
-        places = places_of(scene, self.pose)
-        rims: Rims = {}
-        for joint in scene.joints(self.pose):
-            self._joint(joint, rims)
-        for place in places:
-            self._pin(place)
-        self._paths()
-        self._names(places)
+        for joint in joints:
+            if joint.straight and joint.first_body == GROUND:
+                self._guide(joint)
+        for shape in self.sheet.drawn:
+            layer = self._layer(shape)
+            if layer:
+                self._symbol(layer, shape)
+        welds = {shape.gid for shape in self.sheet.drawn}
+        undrawn = [
+            f"{joint.kind} {joint.name}"
+            for joint in joints
+            if (joint.wheels and not circles(scene, joint, self.pose))  # a ratio without radii
+            or (joint.rigid and f"joint-{joint.name}-weld" not in welds)  # in a fixed pin
+        ]
         remarks = [
             f"mechdae {__version__}: {motion.problem.name}, task {motion.task}, pose {self.pose}",
             "millimetres; circles of pins in the ground are on the layer GROUND",
         ]
-        remarks += [f"{UNDRAWN}{', '.join(self.undrawn)}"] if self.undrawn else []
+        remarks += [f"{UNDRAWN}{', '.join(undrawn)}"] if undrawn else []
         return self.out.document(remarks)
-
-    # -- links -----------------------------------------------------------------------------
-
-    def _at(self, name: str, point: str) -> Floats:
-        return self.scene.place(f"{name}.{point}", self.pose)
 
     def _link(self, name: str) -> None:
         shape = shape_of(self.scene, name)
-        spots = {point: self._at(name, point) for point in self.scene.mechanism.body(name).points}
-        if shape.kind == "polygon":
-            self.out.polyline("LINKS", [spots[point] for point in shape.points], closed=True)
-        elif shape.kind == "bar" and len(shape.points) > 2:
-            self.out.polyline("LINKS", [spots[point] for point in shape.points])
-        elif shape.kind == "bar":
-            self.out.line("LINKS", *(spots[point] for point in shape.points))
-        self.lines += [(spots[one], spots[other]) for one, other in edges(shape)]
+        points = self.scene.mechanism.body(name).points
+        spots = {point: self.scene.place(f"{name}.{point}", self.pose) for point in points}
+        if len(shape.points) > 1:
+            corners = [spots[point] for point in shape.points]
+            self.out.line("LINKS", corners, closed=shape.kind == "polygon")
         for point in shape.inner:  # a link to its nearest corner
             here = spots[point]
             near = min(shape.points, key=lambda name: float(np.hypot(*(spots[name] - here))))
-            self.out.polyline("LINKS", [spots[near], spots[point]])
-
-    # -- joints ----------------------------------------------------------------------------
-
-    def _joint(self, joint: Joint, drawn: Rims) -> None:
-        scene, pose, out = self.scene, self.pose, self.out
-        if joint.straight:
-            self._guide(joint)
-        elif joint.bar:
-            ends = [scene.place(reference, pose) for reference in (joint.first, joint.second)]
-            out.line("LINKS", *ends)
-            self.lines.append((ends[0], ends[1]))
-        elif joint.rigid:
-            center, half = scene.place(joint.second, pose), 0.5 * PIN * self.size
-            corners = [(-half, -half), (half, -half), (half, half), (-half, half)]
-            out.polyline("JOINTS", [center + np.array(corner) for corner in corners], closed=True)
-        elif follows_curve(joint):
-            points = curve_points(scene, joint, pose)
-            closed = bool(np.hypot(*(points[0] - points[-1])) <= SAME * self.size)
-            out.polyline("JOINTS", points[:-1] if closed else points, closed)
-            if joint.roller_radius is not None:
-                radius = scene.numbers[f"{joint.name}.roller_radius"]
-                out.circle("JOINTS", scene.place(joint.second, pose), radius)
-        if joint.wheels:
-            if joint.wheels == 1:
-                start, end, _ = rack_span(scene, joint, pose)
-                out.line("JOINTS", start, end)
-            rims = circles(scene, joint, pose)
-            if not rims:  # a ratio without radii
-                self.undrawn.append(f"{joint.kind} {joint.name}")
-            for reference, center, radius in rims:
-                known = drawn.setdefault(reference, [])
-                if not any(abs(radius - used) <= SAME * self.size for used in known):
-                    out.circle("JOINTS", center, radius)
-                    turns = np.linspace(0, 2 * np.pi, 25)[:, None]
-                    self._keep_clear(center + radius * np.hstack([np.cos(turns), np.sin(turns)]))
-                known.append(radius)
-            if joint.strands and len(rims) == 2:
-                self._strands(joint, *rims)
-
-    def _strands(self, joint: Joint, first: Any, second: Any) -> None:
-        """Draw the two strands of a belt: tangents of both wheels, crossed ones between them."""
-        (_, a, one), (_, b, other) = first, second
-        way = b - a
-        far = float(np.hypot(*way))
-        along = way / far
-        across = np.array([-along[1], along[0]])
-        other = joint.sense * other
-        cosine = (one - other) / far
-        if abs(cosine) >= 1:
-            return
-        for side in (1.0, -1.0):
-            out = cosine * along + side * (1 - cosine**2) ** 0.5 * across
-            self.out.line("JOINTS", a + one * out, b + other * out)
-            self.lines.append((a + one * out, b + other * out))
+            self.out.line("LINKS", [spots[near], here])
 
     def _guide(self, joint: Joint) -> None:
-        """Draw a block on its guide, or a slot around its pin."""
-        scene, pose = self.scene, self.pose
-        center = scene.place(joint.second, pose)
-        axis = scene.direction(joint.first_body, scene.numbers[f"{joint.name}.axis"], pose)
-        across = np.array([-axis[1], axis[0]])
-        slides = scene.slide(joint)
-        now = float(slides[pose])
-        near = slides[np.isfinite(slides)] - now
-        reach = 1.6 * BLOCK[0] * self.size
-        offset = across * (across @ (scene.place(joint.first, pose) - center))
-        start = center + offset + (float(near.min()) - reach) * axis
-        end = center + offset + (float(near.max()) + reach) * axis
-        fixed = joint.first_body == GROUND
-        if joint.keeps_angle:
-            layer = "GUIDES" if fixed else "JOINTS"
-            self.out.line(layer, start, end)
-            a, b = BLOCK[0] * self.size * axis, BLOCK[1] * self.size * across
-            corners = [center - a - b, center + a - b, center + a + b, center - a + b]
-            self.out.polyline("JOINTS", corners, closed=True)
-            self._keep_clear([*corners, corners[0]])
-            self.lines.append((start, end))
-            return
-        half = 1.3 * PIN * self.size * across
-        for side in (half, -half):
-            self.out.line("GUIDES" if fixed else "JOINTS", start + side, end + side)
-            self.lines.append((start + side, end + side))
+        """Write the line of a block on a fixed guide, or both sides of the slot of a pin."""
+        scene, metre = self.scene, self.sheet.metre
+        axis = axis_of(scene, joint, self.pose)
+        low, high = travel(scene, joint, self.pose, extent(scene, self.pose, False)[2])
+        reach, side = 1.6 * style.BLOCK[0] / metre, 1.3 * style.PIN / metre * normal(axis)
+        ends = scene.place(joint.first, self.pose) + np.outer([low - reach, high + reach], axis)
+        for shift in (0.0,) if joint.keeps_angle else (1.0, -1.0):
+            self.out.line("GUIDES", ends + shift * side)
 
-    def _keep_clear(self, places: Points | list[Floats]) -> None:
-        """Let no name stand on the lines between places."""
-        self.lines += list(itertools.pairwise(places))
+    def _layer(self, shape: Primitive) -> str:
+        """Return the layer of a primitive, "" of what is written by places, and of shading."""
+        kind, _, name = (shape.gid or "").partition("-")
+        joint, symbol = name.removesuffix("-pin-in-slot"), name.rpartition("-")[2]
+        shading = shape.kind == "area" and (not kind or symbol == "corner")
+        if shading or shape.color == style.PAPER or symbol in ("bar", "polygon"):
+            return ""
+        if symbol == "slot" and self.scene.mechanism.joints[joint].first_body == GROUND:
+            return ""
+        if kind != "joint" or (symbol in ("guide", "ground") and shape.color == style.GROUND):
+            return "PATHS" if kind == "trace" else "NAMES"
+        if symbol == "pin" and shape.anchor.points[0] in self.fixed:
+            return "GROUND"
+        return "LINKS" if symbol == "distance" else "JOINTS"
 
-    def _pin(self, place: Place) -> None:
-        """Draw a pin, on a support where it is in the ground."""
-        if not place.pinned or not place.references:
-            return
-        radius = PIN * self.size
-        center = self.scene.place(place.references[0], self.pose)
-        self.out.circle("GROUND" if place.fixed else "JOINTS", center, radius)
-        if not place.fixed:
-            return
-        half, depth = 2.4 * radius, 3.2 * radius
-        foot = [center + np.array([-half, -depth]), center + np.array([half, -depth])]
-        top = radius * np.array([0.55, -0.84])
-        for corner, side in ((foot[0], -1), (foot[1], 1)):
-            self.out.line("NAMES", center + top * np.array([side, 1]), corner)
-        wide = [center + np.array([s * 1.4 * half, -depth]) for s in (-1, 1)]
-        self.out.line("NAMES", *wide)
-        for k in range(5):
-            begin = wide[0] + (wide[1] - wide[0]) * (k + 0.5) / 5
-            self.out.line("NAMES", begin, begin - radius * np.array([0.8, 0.8]))
-        self.lines += [(center, foot[0]), (center, foot[1]), (wide[0], wide[1])]
-
-    # -- paths and names -------------------------------------------------------------------
-
-    def _paths(self) -> None:
-        """Draw the paths of the points, in pieces where a pose is not assembled."""
-        for track in self.scene.paths.values():
-            good = np.isfinite(track).all(axis=1)
-            for first, last in stretches(good):
-                piece = track[first:last]
-                if len(piece) < 2:
-                    continue
-                closed = bool(np.hypot(*(piece[0] - piece[-1])) <= SAME * self.size)
-                self.out.polyline("PATHS", piece[:-1] if closed else piece, closed)
-                self._keep_clear(piece[:: max(1, len(piece) // 48)])
-
-    def _names(self, places: list[Place]) -> None:
-        """Put the letters of places where they cover no line, and the numbers of the links."""
-        scene, height = self.scene, LETTER * self.size
-        taken: list[Floats] = []
-        letters: dict[str, str] = letters_of(scene, self.pose, places)
-        named: set[str] = set()
-        for reference, letter in letters.items():
-            if letter not in named:
-                named.add(letter)
-                self._word(letter, scene.place(reference, self.pose), height, taken)
-        numbers = numbers_of(scene.mechanism)
-        for name, number in numbers.items():
-            if not scene.shown(name, self.pose):
-                continue
-            points = [self._at(name, point) for point in scene.mechanism.body(name).points]
-            if len(points) > 1:
-                self._word(str(number), np.mean(points, axis=0), 0.8 * height, taken)
-
-    def _word(self, word: str, place: Floats, height: float, taken: list[Floats]) -> None:
-        """Put a word beside a place, in the direction that is farthest from lines and words."""
-        wide = 0.8 * height * len(word)
-        best, found = -np.inf, np.zeros(2)
-        for far in (1.7, 2.6):
-            for k in range(ROUND):
-                angle = 2 * np.pi * (k + 0.5) / ROUND
-                way = np.array([np.cos(angle), np.sin(angle)])
-                middle = place + way * (far * PIN * self.size + 0.5 * np.hypot(wide, height))
-                gap = min(
-                    [distance(middle, *line) for line in self.lines]
-                    + [0.7 * float(np.hypot(*(middle - place))) for place in taken],
-                    default=1.0,
-                )
-                score = min(gap, 0.8 * np.hypot(wide, height)) - 0.1 * far * height
-                if score > best:
-                    best, found = score, middle
-        taken.append(found)
-        self.out.text("NAMES", found - np.array([wide, height]) / 2, height, word)
+    def _symbol(self, layer: str, shape: Primitive) -> None:
+        places, metre = self.sheet.back(shape.points), self.sheet.metre
+        if shape.kind == "text":
+            self.out.text(layer, places[0], CAPITAL * shape.font.size / metre, shape.text)
+        elif shape.kind == "circle":
+            real = (
+                f"{(shape.gid or '').removeprefix('joint-').removesuffix('-roller')}.roller_radius"
+            )
+            self.out.circle(layer, places[0], self.scene.numbers.get(real, shape.radius / metre))
+        elif shape.kind == "strokes":
+            for ends in places.reshape(-1, 2, 2):
+                self.out.line(layer, ends)
+        else:
+            for first, last in stretches(np.isfinite(places).all(axis=1)):
+                self.out.line(layer, places[first:last], shape.kind == "area")
 
 
 class DxfText:
@@ -282,10 +149,14 @@ class DxfText:
         self.low, self.high = np.minimum(self.low, (x, y)), np.maximum(self.high, (x, y))
         return [(code, x), (code + 10, y), (code + 20, 0.0)]
 
-    def line(self, layer: str, start: Floats, end: Floats) -> None:
-        self._put((0, "LINE"), (8, layer), *self._place(start), *self._place(end, 11))
-
-    def polyline(self, layer: str, places: Iterable[Floats], closed: bool = False) -> None:
+    def line(self, layer: str, places: Points | Sequence[Floats], closed: bool = False) -> None:
+        """Put a line through places, closed also where it ends at its beginning."""
+        if len(places) == 2:
+            self._put((0, "LINE"), (8, layer), *self._place(places[0]), *self._place(places[1], 11))
+            return
+        far = float(np.ptp(places, axis=0).max())
+        if float(np.hypot(*(places[0] - places[-1]))) <= SAME * far:
+            places, closed = places[:-1], True
         self._put((0, "POLYLINE"), (8, layer), (66, 1), (10, 0.0), (20, 0.0), (30, 0.0))
         self._put((70, int(closed)))
         for place in places:
