@@ -151,6 +151,43 @@ def test_the_address_holds_what_differs(opened):
     assert "b = 0.125" in page.evaluate("mechdae.toml()")
 
 
+def test_fields_refuse_what_makes_no_mechanism(browser, tmp_path):
+    """A radius below zero, a link of no length, no number at all; then nothing is undone."""
+    said: list[str] = []
+    page = browser.new_page()
+    page.on("console", lambda message: said.append(message.text))
+    page.on("pageerror", lambda error: said.append(str(error)))
+    file = md.page("cam-roller-follower").save(tmp_path / "p.html")
+    loaded(page, file, "#100%&h=0.021&mode=%")
+    assert "h = 0.021" in page.evaluate("mechdae.toml()")
+    note = page.locator(".row", has=page.get_by_label("rho [mm]")).locator(".note")
+    for typed, about in (("-8", "rho = -8 mm makes no mechanism"), ("abc", '"abc" is no number')):
+        page.get_by_label("rho [mm]").fill(typed)
+        page.keyboard.press("Enter")
+        until(
+            page,
+            f"[...document.querySelectorAll('.note')].some((p) => p.textContent === {about!r})",
+        )
+        assert note.inner_text() == about
+    page.keyboard.press("Tab")
+    assert page.get_by_label("rho [mm]").input_value() == "8"
+    before = page.evaluate("mechdae.toml()")
+    page.keyboard.press("ArrowRight")  # a slider that is only passed is nothing to undo
+    until(page, f"mechdae.toml() !== {before!r}")
+    page.keyboard.press("Tab")
+    page.keyboard.press("Tab")
+    page.keyboard.press("Control+z")
+    until(page, f"mechdae.toml() === {before!r}")
+    assert page.evaluate("mechdae.set({rho: -0.001})") is False
+    assert page.evaluate("mechdae.reason") == "rho = -1 mm makes no mechanism"
+    assert said == []
+    page.close()
+    links = {
+        own["name"]: own["refuses"] for own in md.page("four-bar-crank-rocker").data["sliders"]
+    }
+    assert links == {"a": "0", "b": "0", "c": "0", "d": "", "px": "", "py": ""}
+
+
 @pytest.mark.parametrize("kind", ["SVG", "PNG", "CSV", "TOML"])
 def test_files_come_out(opened, kind):
     page = opened("four-bar-crank-rocker")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import json
 import re
 from pathlib import Path
@@ -312,24 +313,53 @@ console.log(JSON.stringify([slow, [held, ...shown()], refused]));
 
 
 @needs_node
-def test_the_changed_file_is_what_the_page_shows(tmp_path):
-    page = md.page("four-bar-crank-rocker")
+@pytest.mark.parametrize(
+    ("problem", "name"), [("four-bar-crank-rocker", "b"), ("wankel-rotor", "e")]
+)
+def test_the_changed_file_is_what_the_page_shows(problem, name, tmp_path):
+    """Also where the file has its lengths in mm."""
+    page = md.page(problem)
+    before = md.load(problem).mechanism.values()
     text = in_page(
         page,
         f"""
 const {{ tomlText }} = await import("{(WEB / "files.js").as_posix()}");
-session.dimension(session.theta.map((v, i) => (i === 1 ? 0.13 : v)));
+session.dimension(session.theta.map((v, i) => (i === 1 ? 1.01 * v : v)));
 console.log(JSON.stringify(tomlText(data.file, data.sliders, session.theta)));
 """,
         tmp_path,
     )
     file = tmp_path / "changed.toml"
     file.write_text(text, encoding="utf-8")
-    assert md.load(file).mechanism.values()["b"] == 0.13
-    assert (
-        md.load(file).mechanism.values()["a"]
-        == md.load("four-bar-crank-rocker").mechanism.values()["a"]
+    changed = md.load(file).mechanism.values()
+    assert changed[name] == 1.01 * before[name]
+    first = page.data["sliders"][0]["name"]
+    assert changed[first] == before[first]
+
+
+@needs_node
+def test_the_table_of_a_spatial_mechanism_has_all_components(tmp_path):
+    """Against what Python solved, also of rates and quaternions."""
+    page, truth = md.page("rssr"), md.solve("rssr", "turn")
+    text = in_page(
+        page,
+        f"""
+const {{ csvText }} = await import("{(WEB / "files.js").as_posix()}");
+console.log(JSON.stringify(csvText(session)));
+""",
+        tmp_path,
     )
+    head, *rows = csv.reader(text.splitlines())
+    for kind, part, name, axes in (
+        ("points", "rocker.C", "velocity", "xyz"),
+        ("bodies", "rocker", "orientation", "wxyz"),
+        ("bodies", "rocker", "angular_velocity", "xyz"),
+    ):
+        wanted = np.array(getattr(truth, kind)[part][name])
+        places = [k for k, own in enumerate(head) if own.startswith(f"{kind}/{part}/{name}/")]
+        assert [head[k].split(" ")[0][-1] for k in places] == list(axes)
+        found = np.array([[float(row[k]) for k in places] for row in rows])
+        assert found == pytest.approx(wanted, abs=1e-9 * np.abs(wanted).max())
 
 
 def test_modules_have_no_name_twice(tmp_path, monkeypatch):

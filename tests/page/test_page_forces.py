@@ -119,19 +119,21 @@ def test_extremes_are_not_made_by_a_jump(tmp_path):
     jumping = [[230.0, 215.0, 205.0, 200.2, 1000.0, 1010.0, 1030.0], [3.0, 2.0, 0.9, 7.0, 7.5, 8.0]]
     jumping.append([6.8, 5.7, 4.5, 0.66, 0.9, 1.1])
     smooth = [9.0 - (k - 3.3) ** 2 for k in range(7)]
+    cornered = [abs(np.sin(0.1 * (k - 3.3))) for k in range(8)]
     script = f"""
 globalThis.WORDS = {{}};
 const {{ extremes }} = await import("{(WEB / "chart.js").as_posix()}");
 const of = (values) => extremes(values.map((_, k) => k), values);
-const pairs = (values) => of(values).map(({{ place, value }}) => [place, value]);
-console.log(JSON.stringify({json.dumps([*jumping, smooth])}.map(pairs)));
+const pairs = (values) => of(values).map(({{ place, value, corner }}) => [place, value, corner]);
+console.log(JSON.stringify({json.dumps([*jumping, smooth, cornered])}.map(pairs)));
 """  # fmt: skip
-    *found, between = run_script(script, tmp_path)
+    *found, between, corner = run_script(script, tmp_path)
     for values, own in zip(jumping, found, strict=True):
-        for place, value in own:
+        for place, value, _ in own:
             assert value == values[int(place)]
-        assert {value for _, value in own} == {min(values), max(values)}
-    assert between[0] == pytest.approx([3.3, 9.0], abs=1e-12)
+        assert {value for _, value, _ in own} == {min(values), max(values)}
+    assert between[0] == [pytest.approx(3.3, abs=1e-12), pytest.approx(9.0, abs=1e-12), False]
+    assert [own[2] for own in corner] == [False, True]  # whose least value is between the poses
 
 
 def test_a_page_of_forces_gives_its_own_file_back():

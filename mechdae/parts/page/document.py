@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import html
+import tomllib
 from collections.abc import Mapping
 from dataclasses import fields, replace
 from functools import lru_cache
@@ -13,9 +14,10 @@ from typing import Any
 import numpy as np
 
 from mechdae import __version__
-from mechdae.describe import Problem, Sweep, Task, dumps, whole_file
+from mechdae.describe import Mechanism, Problem, Sweep, Task, dumps, whole_file
 from mechdae.describe.dimensions import parameter_units
 from mechdae.describe.file.load import Source, given
+from mechdae.describe.file.reading import split_keys
 from mechdae.describe.tasks.motion import Reactions
 from mechdae.describe.units import SI, Units, units_of
 from mechdae.describe.values import Number
@@ -297,7 +299,8 @@ def _make_live(
     dimensions, shape = lesson.dimensions_of(
         setting, sliders, [values[number] for number in sliders]
     )
-    automatic = {name for name, _ in problem.mechanism.numbers()}
+    typed = tomllib.loads(data["file"]).get("parameters", {})
+    keys = {name: key for key, (name, _) in split_keys(typed, values).items()}
     limits = run.summary.get("limits") or (None, None)
     plan = setting.plan
     places = np.asarray(run.places, float)
@@ -319,7 +322,10 @@ def _make_live(
     data |= {
         "kernels": kernels.layout,
         "entries": entries,
-        "sliders": [_slider(name, values[name], name in automatic) for name in sliders],
+        "sliders": [
+            {**_slider(problem.mechanism, name, values[name]), "key": keys.get(name, "")}
+            for name in sliders
+        ],
         "start": live.numbers_of(setting, run),
         "bounded": live.bounded_of(setting.outputs),
         "drivers": drivers,
@@ -374,10 +380,16 @@ def _checks(run: Run, rows: list[int]) -> list[Json]:
     ]
 
 
-def _slider(name: str, value: float, automatic: bool) -> Json:
-    """Return a number that can be changed, with the range of its slider."""
+def _slider(mechanism: Mechanism, name: str, value: float) -> Json:
+    """Return a number that can be changed, the range of its slider, and signs it may not have."""
     low, high = sorted((value / live.FAR, value * live.FAR)) if value else (-1.0, 1.0)
-    return {"name": name, "value": value, "low": low, "high": high, "automatic": automatic}
+    refuses = ""
+    for sign, changed in (("-", -abs(value) or -1.0), ("0", 0.0)):
+        try:
+            mechanism.with_values({name: changed})
+        except MechdaeError:
+            refuses += sign
+    return {"name": name, "value": value, "low": low, "high": high, "refuses": refuses}
 
 
 def _driver(result: Result) -> Json:

@@ -12,7 +12,7 @@ export function writeHash({ session, data, way }) {
 
 export function readHash({ session, data }) {
   if (!session.live || location.hash.length < 2) return;
-  const given = new Map(location.hash.slice(1).split("&").map((part) => part.split("=").map(decodeURIComponent)));
+  const given = new URLSearchParams(location.hash.slice(1).replace(/\+/g, "%2B"));
   if (given.has("mode")) session.choose(given.get("mode"));
   const theta = data.sliders.map((slider, k) => {
     const value = Number(given.get(slider.name));

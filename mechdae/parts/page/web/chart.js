@@ -10,6 +10,8 @@ const CROWDED = 26;
 const SILENCE = 1e-11;
 /** A curve jumps where a step is so many times those beside it. */
 const JUMP = 2;
+/** A curve has a corner where it bends so many times as much as beside it. */
+const CORNER = 8;
 /** Length of the marks of many events [px]. */
 const TICK = 6;
 
@@ -31,7 +33,7 @@ function degrees(low, high, count) {
   return Array.from({ length: Math.floor(high / step + 1e-9) - Math.ceil(low / step - 1e-9) + 1 }, (_, k) => (Math.ceil(low / step - 1e-9) + k) * step);
 }
 
-/** The largest and the least value with their places, from parabolas through three neighbours, none across a jump: a step much larger than those beside it. */
+/** The largest and the least value with their places, from parabolas through three neighbours, none across a jump: a step much larger than those beside it. At a corner the value between the poses is not known. */
 export function extremes(places, values) {
   const found = [];
   for (const sense of [1, -1]) {
@@ -45,7 +47,8 @@ export function extremes(places, values) {
     };
     const inside = Number.isFinite(bend) && !jumps(1) && !jumps(-1) && a !== null && c !== null && a !== undefined && c !== undefined && sense * bend < 0;
     const t = inside ? (a - c) / (2 * bend) : 0;
-    found.push({ place: places[best] + t * ((places[best + 1] ?? places[best]) - places[best]), value: b - (inside ? (t * (a - c)) / 4 : 0), sense });
+    const beside = [-1, 1].map((way) => Math.abs(values[best + 2 * way] - 2 * values[best + way] + b)), corner = inside && bend > CORNER * Math.min(...beside);
+    found.push({ corner, place: places[best] + t * ((places[best + 1] ?? places[best]) - places[best]), value: b - (inside ? (t * (a - c)) / 4 : 0), sense });
   }
   const most = Math.max(...found.map(({ value }) => Math.abs(value)));
   for (const own of found) if (Math.abs(own.value) < SILENCE * most) own.value = 0;
@@ -107,9 +110,10 @@ export class Chart {
     this.gaps(places, lines);
     const taken = [];
     for (const { values } of lines) {
-      for (const { place, value, sense } of extremes(places, values)) {
+      for (const { place, value, sense, corner } of extremes(places, values)) {
         const [x, y] = [this.x(place), this.y(value)];
         element("circle", { cx: x, cy: y, r: 2.4, class: "extreme" }, this.curve);
+        if (corner && value !== 0) continue; // less than it changes from pose to pose
         if (taken.some(([u, v]) => Math.hypot(u - x, 2 * (v - y)) < 2 * CROWDED)) continue;
         taken.push([x, y]);
         text(Math.min(Math.max(x, EDGE.left + 18), width - EDGE.right - 18), y + (sense > 0 ? -4 : 11), "middle", "extreme", digits(value * factor, 4));

@@ -141,7 +141,7 @@ export function lightThings(diagram) {
     const part = id.startsWith("thing-") ? id.slice(6) : "";
     for (const own of diagram.svg.querySelectorAll("[data-id]")) {
       const name = own.getAttribute("data-id");
-      if (part || own.classList.contains("chosen")) own.classList.toggle("chosen", Boolean(part) && [`body-${part}`, `joint-${part}`, `point-${part}`].some((start) => name.startsWith(start)));
+      if (part || own.classList.contains("chosen")) own.classList.toggle("chosen", Boolean(part) && [`body-${part}`, `joint-${part}`, `point-${part}`].some((start) => name === start || name.startsWith(`${start}-`)));
     }
   });
 }

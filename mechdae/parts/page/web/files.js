@@ -54,11 +54,11 @@ export function csvText(session) {
   const head = ["status", ...law, ...(data.drivers || [data.driver]).map(({ name, unit }) => `drivers/${name}/position [${unit}]`)];
   const columns = [];
   for (const entry of data.entries) {
-    const axes = entry.columns.length === 2 ? ["x", "y"] : [""];
-    entry.names.forEach((name, order) => axes.forEach((axis, k) => {
-      const unit = order ? `${entry.unit}/s${order > 1 ? order : ""}` : entry.unit;
+    const turn = entry.names[0] === "orientation", axes = turn ? [..."wxyz"] : entry.columns.length > 1 ? [..."xyz"].slice(0, entry.columns.length) : [""];
+    entry.names.forEach((name, order) => (turn && order ? [..."xyz"] : axes).forEach((axis, k) => {
+      const unit = order ? `${entry.unit}/s${order > 1 ? order : ""}` : turn ? "1" : entry.unit;
       head.push(`${entry.kind}/${entry.part}/${name}${axis ? `/${axis}` : ""} [${unit}]`);
-      columns.push((pose) => { const own = session.inTime(pose, entry.columns, order); return own ? own[k] : null; });
+      columns.push((pose) => { const own = session.told(pose, entry, order); return own ? own[k] : null; });
     }));
   }
   const led = (s) => (data.drivers ? [...(way.kernel ? [s] : []), ...way.u(s)] : [s]);
@@ -72,16 +72,9 @@ export function tomlText(file, sliders, theta) {
   let text = file;
   for (let k = 0; k < sliders.length; k += 1) {
     if (theta[k] === sliders[k].value) continue;
-    const [before, after] = split(text, "[parameters]");
-    const name = sliders[k].name.replace(/[.*+?^${}()|[\]\\]/g, "\\$&");
-    const line = new RegExp(`^("?${name}"? *= *)[^\\n#]*`, "m");
-    if (after === null || !line.test(after)) return null;
-    text = before + after.replace(line, `$1${theta[k]}`);
+    const { name, key } = sliders[k], at = text.indexOf("[parameters]"), line = new RegExp(`^("?)${key}("? *= *)[^\\n#]*`, "m");
+    if (!key || at < 0) return null;
+    text = text.slice(0, at) + text.slice(at).replace(line, `$1${name}$2${theta[k]}`);
   }
   return text;
-}
-
-function split(text, mark) {
-  const at = text.indexOf(mark);
-  return at < 0 ? [text, null] : [text.slice(0, at), text.slice(at)];
 }

@@ -1,5 +1,5 @@
 /** Elements of the page. */
-import { sentence } from "./words.js";
+import { sentence, words } from "./words.js";
 
 export const find = (id) => document.getElementById(id);
 
@@ -31,6 +31,12 @@ export function symbol([letter, low, high = ""]) {
 
 /** A number of a form: a comma stands for a point too. */
 export const numberIn = (text) => (text.trim() === "" ? NaN : Number(text.replace(",", ".").replace("\u2212", "-")));
+
+/** Do something with the number of a field, or say that it is none. */
+export function typed({ value }, act, say) {
+  if (Number.isFinite(numberIn(value))) act(numberIn(value));
+  else say(`"${value}" ${words("nonumber")}`, true);
+}
 
 /** Show what failed unforeseen in the page, once: what it shows from then on may be of before. */
 export function showFailures() {

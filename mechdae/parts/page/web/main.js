@@ -4,7 +4,7 @@ import { Session } from "./session.js";
 import { Recorded } from "./recorded.js";
 import { isWhole } from "./whole.js";
 import { digits, displayed, nameIn, quantity, rounded, showIn } from "./units.js";
-import { find, made, numberIn, showFailures } from "./made.js";
+import { find, made, showFailures, typed } from "./made.js";
 import { scriptOf } from "./compile.js";
 import { Tabs } from "./tabs.js";
 import { Dimensions } from "./dimensions.js";
@@ -106,7 +106,8 @@ class App {
     this.slider = made("input", { type: "range", min: 0, max: 1, step: "any", "aria-label": `${words("driver")} ${data.driver.name}`, title: words("about_driver"),
       oninput: () => this.want({ share: Number(this.slider.value) }) });
     this.number = made("input", { type: "text", inputmode: "decimal", "aria-label": `${data.driver.name} [${unit}]`, title: words("type_number"),
-      onchange: () => this.want({ s: numberIn(this.number.value) / displayed(this.way.unit)[0] }) });
+      onblur: () => this.showNumber(),
+      onchange: () => typed(this.number, (value) => this.want({ s: value / displayed(this.way.unit)[0] }), (...text) => this.say(...text)) });
     this.button = made("button", { type: "button", title: words("about_play"), onclick: () => this.play(), "aria-pressed": "false" }, words("play"));
     const tempo = made("select", { "aria-label": words("speed"), title: words("about_speed"), onchange: () => { this.tempo = Number(tempo.value); } },
       ...[0.1, 0.25, 0.5, 1, 2, 4].map((k) => made("option", { value: k, selected: k === 1 }, `×${digits(k)}`)));
@@ -158,7 +159,8 @@ class App {
       find("dimensions").append(made("label", { title: words("about_shape") }, this.shape, ` ${words("shape")}`));
     }
     const things = thingsOf(this), moves = things.filter(({ columns }) => session.moving(columns));
-    const usual = moves.filter(({ kind, parts }) => kind === "bodies" && !this.driven.includes(parts[0])).pop() || moves.filter(({ lines }) => lines()[0].unit !== "1").pop() || moves.pop();
+    const led = (sort) => moves.filter(({ kind, parts, columns }) => kind === sort && columns.length === 1 && !this.driven.includes(parts[0])).pop(); // has an angle or a slide
+    const usual = led("bodies") || (data.scene.space && led("joints")) || moves.filter(({ lines }) => lines()[0].unit !== "1").pop() || moves.pop();
     this.curves = new Curves(this, "curves", things, [usual]);
     tab("curves", this.curves, new Values(this, "curves"));
     if (data.lesson.groups.length) {
@@ -187,7 +189,7 @@ class App {
     button("PNG", "about_png", async () => offered(`${name}.png`, await png(find("diagram"), getComputedStyle(document.body).backgroundColor)));
     if (this.session.live) {
       button("CSV", "about_csv", () => { this.session.settle(); offered(`${name}.csv`, csvText(this.session), "text/csv"); });
-      button("TOML", "about_toml", () => { const text = this.toml(); if (text) offered(`${data.problem}.toml`, text, "text/plain"); });
+      button("TOML", "about_toml", () => { const text = this.toml(); if (text) offered(`${data.problem}.toml`, text, "text/plain"); else this.say(words("unwritten"), true); });
     }
     button("◐", "theme", () => {
       const dark = getComputedStyle(document.documentElement).colorScheme.trim() === "dark"
@@ -218,13 +220,13 @@ class App {
     this.wanted = {};
     let all = false, hurried = false;
     const begun = performance.now();
-    if (wanted.theta && Number.isFinite(wanted.theta[1])) {
+    if (wanted.theta) {
       const [k, value] = wanted.theta;
       const theta = [...session.theta];
       theta[k] = value;
       hurried = this.hurried(theta);
       const t = hurried ? 1 : session.dimension(theta);
-      this.dimensions.rows[k].say(t === 1 ? "" : `${words(value > session.theta[k] ? "larger" : "smaller")} ${quantity(session.theta[k], this.dimensions.rows[k].unit)}: ${session.reason}`);
+      this.dimensions.rows[k].say(t === 1 ? "" : session.refusal(theta) || `${words(value > session.theta[k] ? "larger" : "smaller")} ${quantity(session.theta[k], this.dimensions.rows[k].unit)}: ${session.reason}`);
       all = !hurried;
     }
     if (wanted.driver) all = this.several.drive(...wanted.driver) || all;
@@ -232,7 +234,7 @@ class App {
     if (wanted.pulled) { this.hand.reshape(wanted.pulled); all = true; }
     const [low, high] = session.range;
     if (wanted.share !== undefined) session.drive(low + wanted.share * (high - low));
-    if (Number.isFinite(wanted.s)) session.drive(session.at(wanted.s));
+    if (wanted.s !== undefined) session.drive(session.at(wanted.s));
     if (all) {
       this.drawAll(!wanted.pulled);
       this.cost = performance.now() - begun;
@@ -435,7 +437,7 @@ class App {
   tell(pose, forces, way) {
     const { session } = this, value = way.unit ? quantity(session.value, way.unit) : digits(session.value, 7);
     this.slider.setAttribute("aria-valuetext", value);
-    if (document.activeElement !== this.number) this.number.value = digits(session.value * displayed(way.unit)[0], 7);
+    if (document.activeElement !== this.number) this.showNumber();
     if (this.several) this.showWay();
     const head = `${words(way.name)} = ${value}`;
     if (!session.live) this.say(`${head}; ${words(pose.status)}`, false);
@@ -443,8 +445,10 @@ class App {
       const bound = session.motion.bound(pose);
       this.say(`${head}; ${words("certified")}, ${words("bound")} ${rounded(bound.length, "m")}, ${rounded(bound.angle, "rad")}${this.toldForces(forces)}`, Boolean(forces) && forces.status !== "ok");
     } else if (pose.status === "limit") this.say(`${head}; ${words("limit")}: ${pose.end.group} (${pose.end.joint})`, false);
-    else this.say(`${head}; ${words("unassembled")}: ${session.reason || session.opening(session.s)}`, true);
+    else this.say(`${head}; ${words("unassembled")}: ${session.opening(session.s) || session.reason}`, true);
   }
+
+  showNumber() { this.number.value = digits(this.session.value * displayed(this.way.unit)[0], 7); }
 
   /** Names of what the slider moves along, and the values of all drivers. */
   showWay() {

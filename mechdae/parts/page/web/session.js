@@ -1,9 +1,9 @@
 /** What is shown: numbers, driver, mode; the poses along the range; undo. No drawing here. */
 import { Motion } from "./path.js";
 import { Ghosts } from "./ghosts.js";
-import { rateOf } from "./units.js";
+import { quantity, rateOf } from "./units.js";
 import { unpacked } from "./recorded.js";
-import { words } from "./words.js";
+import { sentence, words } from "./words.js";
 import { aloneOf, wayOf } from "./way.js";
 
 const SAMPLES = 361;
@@ -280,11 +280,25 @@ export class Session {
 
   // -- changes
 
+  /** A change begins: what is shown can be restored once something differs from it. */
   remember() {
     this.settle();
-    this.history.push(this.now());
+    this.begun = this.now();
+  }
+
+  /** Something differs from what was shown when the change began. */
+  changed() {
+    if (!this.begun) return;
+    this.history.push(this.begun);
     if (this.history.length > 200) this.history.shift();
     this.future = [];
+    this.begun = null;
+  }
+
+  /** Why no mechanism has such numbers: a negative radius, a length of nothing; "" for others. */
+  refusal(theta) {
+    const k = theta.findIndex((value, i) => this.data.sliders[i].refuses.includes(value < 0 ? "-" : value === 0 ? "0" : "+"));
+    return k < 0 ? "" : sentence("refused", this.data.sliders[k].name, quantity(theta[k], this.data.units[this.data.sliders[k].name] || "m"));
   }
 
   /** What can be restored. */
@@ -304,6 +318,7 @@ export class Session {
 
   undo(back = true) {
     this.settle();
+    this.begun = null;
     const [from, to] = back ? [this.history, this.future] : [this.future, this.history];
     if (!from.length) return false;
     to.push(this.now());
@@ -333,7 +348,7 @@ export class Session {
    */
   hurry(theta) {
     const { pose, motion } = this;
-    if (pose.status !== "ok") return false;
+    if (pose.status !== "ok" || this.refusal(theta)) return false;
     const from = [...this.theta];
     const found = motion.carry(pose, from, theta);
     const now = found.t === 1 ? motion.solved(pose.s, pose.place, found.x) : null;
@@ -344,6 +359,7 @@ export class Session {
       return false;
     }
     this.held = now;
+    this.changed();
     this.theta = [...theta];
     this.reason = "";
     return true;
@@ -363,6 +379,8 @@ export class Session {
   /** Use other values of dimensions, on the branch that is followed there; how far it came, 0 to 1. */
   dimension(theta) {
     this.settle();
+    this.reason = this.refusal(theta);
+    if (this.reason) return 0;
     const from = [...this.theta];
     const before = this.now();
     let pose = this.pose;
@@ -392,7 +410,7 @@ export class Session {
       // a pose between two limit positions that nothing is proved from
       best = { ...best, t: 0, opened: best.opened ?? 0 };
       this.restore(before);
-    }
+    } else if (best.t > 0) this.changed();
     if (best.t < 1) {
       const block = this.data.start.blocks[best.opened];
       this.reason = block ? `${block.group} ${this.words("opens")} ${block.joint}` : this.words("unreal");
@@ -524,6 +542,7 @@ export class Session {
       this.reason = failed === "unassembled" ? this.words(failed) : `${label} ${this.words("fades")}`;
       return false;
     }
+    this.changed();
     this.theta = now;
     this.mode = label;
     this.follow();

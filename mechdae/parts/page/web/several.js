@@ -33,7 +33,7 @@ export class Several {
   drive(k, value) {
     const { session, words } = this.app;
     const other = session.motion.way.name !== this.app.data.drivers[k].name;
-    if (!Number.isFinite(value) || !session.along(k)) return false;
+    if (!session.along(k)) return false;
     const { ends, way } = session.motion;
     const [low, high] = [ends[0] ? ends[0].s : -Infinity, ends[1] ? ends[1].s : Infinity];
     const kept = way.turns && !ends[0] && !ends[1] ? value : Math.min(Math.max(value, low), high);
