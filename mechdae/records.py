@@ -301,8 +301,8 @@ def _freeze(cls: Any, names: frozenset[str]) -> None:
 @overload
 def public(function: F, /) -> F: ...
 @overload
-def public(*, old: str) -> Callable[[F], F]: ...
-def public(function: Any = None, /, *, old: str = "") -> object:
+def public(*, old: str, several: bool = False) -> Callable[[F], F]: ...
+def public(function: Any = None, /, *, old: str = "", several: bool = False) -> object:
     """Answer keywords that a function does not take with the nearest that it takes.
 
     Parameters
@@ -310,9 +310,11 @@ def public(function: Any = None, /, *, old: str = "") -> object:
     old
         The arguments in the order of earlier versions. It holds, with a warning, where there are
         more arguments without a keyword than the function takes so, or the second is no task.
+    several
+        Whether the second may be a list of tasks.
     """
     if function is None:
-        return partial(public, old=old)
+        return partial(public, old=old, several=several)
     code, called = function.__code__, function.__name__
     first, order = code.co_varnames[: code.co_argcount], old.split()
     known = code.co_varnames[: code.co_argcount + code.co_kwonlyargcount]
@@ -320,7 +322,10 @@ def public(function: Any = None, /, *, old: str = "") -> object:
 
     @wraps(function)
     def answering(*values: object, **named: object) -> object:
-        if order and (len(values) > len(first) or not _is_task(values[1:2])):
+        tasks = values[1:2]
+        if several and tasks and isinstance(tasks[0], list | tuple):
+            tasks = tuple(tasks[0])
+        if order and (len(values) > len(first) or not _is_task(tasks)):
             values, named = (), by_order(called, order, values, named)
         for word in named:
             if word not in known and not any_keyword:

@@ -110,6 +110,8 @@ def _uses(mechanism: Mechanism, tasks: Iterable[Task], names: Iterable[str] = ()
         for name, number in mechanism.numbers()
         if name in automatic and not name.startswith("loads.")
     ]
+    for name, joint in mechanism.joints.items():
+        found += [(count, "1", f"{name}.teeth") for count in getattr(joint, "teeth", None) or ()]
     for name, load in mechanism.loads.items():
         found += _numbers(load, partial(unit_within, mechanism, None), f"loads.{name}.")
     for name, number in mechanism.sketch.items():

@@ -201,7 +201,7 @@ def test_work_is_bounded(monkeypatch: pytest.MonkeyPatch) -> None:
 
     drawn = ranges(md.load("slider-crank"), {"r": ("0.1", "0.2", "0.0001")})
     with pytest.raises(SolveError, match="at the sketch: 200"):
-        choose(Never(), drawn, 30, 0, 0.5)  # type: ignore[arg-type]
+        choose([Never()], drawn, 30, 0, 0.5)  # type: ignore[arg-type]
     assert len(calls) == 200
 
 

@@ -8,7 +8,7 @@ from tests.shared.paths import ROOT
 
 PACKAGE = ROOT / "mechdae"
 BUDGETS = {
-    "describe": 13_900,  # rare kinds in modules of their own, which most problems do not import
+    "describe": 13_910,  # rare kinds in modules of their own, which most problems do not import
     "numerics": 4_640,
     "equations": 7_720,  # what is left out of a scene: rollers, second machines, plane and space
     "results": 3_490,
@@ -20,12 +20,12 @@ BUDGETS = {
     "design": 15_890,
     "tasks": 2_420,
     "cli": 1_720,
-    "parts": 30_600,  # what a page teaches by
+    "parts": 30_760,  # what a page teaches by
 }
 """Room -> most lines of its modules; some of them import what annotations name."""
-ALONE = 1117
+ALONE = 1122
 """Lines of the modules that stand alone: errors, docstrings, records, types, additions."""
-TOTAL = 145_350
+TOTAL = 145_550
 LONGEST = 500
 LONGER = {
     "describe/joints/spatial.py": 520,

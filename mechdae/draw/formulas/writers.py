@@ -50,7 +50,7 @@ mfrac > * { padding: .12em .1em; }
   background-size: 3rem 100%, 3rem 100%, .7rem 100%, .7rem 100%;
   background-attachment: local, local, scroll, scroll; }
 nav ol { columns: 2; margin: 1rem 0; padding-left: 1.5rem; } a { color: #1a5fb4; }
-aside { display: flex; flex-wrap: wrap; gap: 0 1rem; } aside figure { flex: 0 0 auto; }
+aside > div { display: flex; flex-wrap: wrap; gap: 0 2mm; } aside figure { flex: 0 0 87mm; }
 aside img { width: 87mm !important; }
 table { border-collapse: collapse; margin: .6rem 0; font-size: .92rem;
   font-variant-numeric: tabular-nums; }
@@ -66,14 +66,17 @@ figure img { height: auto; max-width: 100%; }
 @media (max-width: 30rem) { dl { grid-template-columns: 1fr; } dd { margin-left: 1rem; } }
 @media screen and (min-width: 76rem) { body.wide { max-width: 76rem; }
   .pictured { display: grid; grid-template-columns: minmax(0, 1fr) 92mm; column-gap: 2rem; }
-  .pictured > * { grid-column: 1; } .pictured > aside { grid-column: 2; display: block; }
-  aside > div { position: sticky; top: .5rem; max-height: 98vh; overflow-y: auto; }
+  .pictured > * { grid-column: 1; } .pictured > aside { grid-column: 2; }
+  aside > div { display: block; position: sticky; top: .5rem; max-height: 98vh; overflow-y: auto; }
   aside figure { margin: 0 0 .6rem; } }
 @page { size: A4; margin: 20mm 16mm; }
 @media print { body { margin: 0; max-width: none; font-size: 11pt; }
   nav { display: none; }
   h2, h3, h4 { break-after: avoid; } .formula, .table, tr { break-inside: avoid; }
-  .formula, .table { overflow: visible; } p { orphans: 3; widows: 3; } }
+  .formula, .table { overflow: visible; background: none; } p { orphans: 3; widows: 3; }
+  p:has(+ .table) { break-after: avoid; }
+  table { font-size: .84em; } th, td { padding: .15rem .3rem; }
+  aside figure { margin: 0; } }
 """
 
 
@@ -185,10 +188,15 @@ def as_html(document: Document, alone: bool = True) -> str:
 
 
 def _contents(document: Document) -> list[str]:
-    """Return links to the sections of a document that has some."""
-    titles = enumerate((escape(section.title) for section in document.sections), 1)
-    links = "".join(f'<li><a href="#s{k}">{title}</a></li>' for k, title in titles)
-    return [f"<nav><ol>{links}</ol></nav>"] * (len(document.sections) >= LISTED)
+    """Return links to the sections, and to those in them where they are few."""
+    entries: list[tuple[str, str]] = []
+    few = len(document.sections) < LISTED
+    for k, section in enumerate(document.sections, 1):
+        entries.append((f"s{k}", section.title))
+        inner = enumerate(section.sections if few else (), 1)
+        entries += [(f"s{k}-{j}", f"{section.title}. {part.title}") for j, part in inner]
+    links = "".join(f'<li><a href="#{mark}">{escape(title)}</a></li>' for mark, title in entries)
+    return [f"<nav><ol>{links}</ol></nav>"] * (len(entries) >= LISTED)
 
 
 def _with_pictures(lines: list[str], images: tuple[Image, ...]) -> list[str]:

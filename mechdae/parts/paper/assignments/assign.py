@@ -9,7 +9,7 @@ import json
 import re
 import shutil
 import tempfile
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from math import degrees, pi, radians
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -23,15 +23,14 @@ from mechdae.describe.units import SI, Units, units_of
 from mechdae.describe.values import Number
 from mechdae.draw import plot
 from mechdae.draw.figure import svg_text
-from mechdae.draw.formulas.tree import Document, Facts, Part, Section
+from mechdae.draw.formulas.tree import Document, Section
 from mechdae.errors import InputError, UnknownName
+from mechdae.parts.paper.assignments.answers import Exercise, answers_of, key_sections
 from mechdae.parts.paper.assignments.choice import Chosen, RoundRange, choose, ranges, transmission
 from mechdae.parts.paper.assignments.sheet import sheet_sections
 from mechdae.parts.paper.explanations.explain import moving_task
 from mechdae.parts.paper.explanations.localised import localised, subject_of
-from mechdae.parts.paper.explanations.subject import Subject
 from mechdae.parts.paper.phrases import Phrases
-from mechdae.parts.paper.reports import sections
 from mechdae.parts.paper.reports.report import ENDINGS, MOST, Report
 from mechdae.records import dataclass, public
 from mechdae.tasks import Solver
@@ -195,10 +194,10 @@ def _quoted(text: str) -> str:
     return json.dumps(text, ensure_ascii=False)
 
 
-@public(old="problem vary")
+@public(old="problem vary", several=True)
 def assign(
     problem: Source,
-    task: Task | str | None = None,
+    task: Task | str | Sequence[Task | str] | None = None,
     *,
     vary: Mapping[str, Sequence[float | str]],
     count: int | None = None,
@@ -213,8 +212,8 @@ def assign(
 ) -> Assignments:
     """Return variants of a problem with round numbers, with sheets and answer keys.
 
-    Each of them assembles in all poses of the task, and no transmission angle falls below the
-    bound anywhere along it. The same seed gives the same variants.
+    Each of them assembles in all poses of its tasks, and no transmission angle falls below the
+    bound anywhere along them. The same seed gives the same variants.
 
     Parameters
     ----------
@@ -226,7 +225,8 @@ def assign(
     count
         How many variants; without it 30, or as many as the ranges give.
     task
-        A sweep or a task of kind reactions; by default the first one over an interval.
+        A sweep or a task of kind reactions, or several: parts of one sheet. By default the first
+        one over an interval.
     set
         Numbers of the problem to change, as of `md.solve`.
     transmission_angle
@@ -250,10 +250,11 @@ def assign(
     Raises
     ------
     InputError
-        A count that is not that of the names, a name twice, ranges that make none, an angle that is
-        none, a mechanism without dyads where a bound is asked for.
+        A count that is not that of the names, a name or a task twice, a task of another kind,
+        ranges that make none, an angle that is none, a mechanism without dyads where a bound is
+        asked for.
     UnknownName
-        A number or a language that is not there.
+        A number, a task or a language that is not there.
     SolveError
         Too few sets of numbers do; the message says what fails and how often.
 
@@ -264,7 +265,7 @@ def assign(
     >>> [dict(variant.values) for variant in variants]
     [{'crank_mm': 30.0, 'rod_mm': 190.0}, {'crank_mm': 35.0, 'rod_mm': 190.0}]
     """
-    whole, named = given(problem, task, set)
+    whole, names = _named(problem, task, set)
     if students:
         count = _counted(students, count)
     wanted, least = (USUAL, 1) if count is None else (count, count)
@@ -272,22 +273,42 @@ def assign(
     drawn = ranges(whole, vary)
     shown = _units(units, whole, drawn)
     words = Phrases(lang, "assignments", shown), Phrases(lang, "reports"), Phrases(lang)
-    name = moving_task(whole, named, ends=True)
-    bare = _with_positions(whole, name, positions)
-    rows = _rows(bare, name, positions)
-    if not 0 <= pose < len(rows):
-        raise InputError(f"there is no position {pose}", hint=f"from 0 to {len(rows) - 1}")
-    base = (solver := Solver(with_scene(bare, name), name))()
-    if transmission_angle and not transmission(base):
-        raise InputError("no dyad has a transmission angle", where=f"task {name}")
+    bare = _with_positions(whole, names, positions)
+    solvers = [Solver(with_scene(bare, name), name) for name in names]
+    base = [solver().in_units(shown) for solver in solvers]
+    if transmission_angle and not any(map(transmission, base)):
+        raise InputError("no dyad has a transmission angle", where=f"task {', '.join(names)}")
     bound = ANGLE if transmission_angle is None else transmission_angle
-    found, tried = choose(solver, drawn, wanted, seed, bound, least)
-    start = subject_of(base, rows[pose], words[2])
     more = {} if whole.mechanism.dimension == 3 else {"loads": not _loaded_by(whole, drawn)}
     options: dict[str, Any] = {"traces": False, "title": False, "lang": lang, **more}
-    diagram = svg_text(plot(base, "diagram", pose=start.pose, **options))
-    shared = (bare, name, drawn, rows, pose, len(found), diagram, words, lang, tuple(students))
-    return Assignments(whole.name, tuple(_VariantWriter(*shared).all(found)), tried)
+    exercises: list[Exercise] = []
+    for name, result in zip(names, base, strict=True):
+        rows = _rows(bare, name, positions)
+        if not 0 <= pose < len(rows):
+            raise InputError(f"there is no position {pose}", hint=f"from 0 to {len(rows) - 1}")
+        start = subject_of(result, rows[pose], words[2])
+        diagram = svg_text(plot(result, "diagram", pose=start.pose, **options))
+        exercises.append(Exercise(name, rows, pose, diagram))
+    found, tried = choose(solvers, drawn, wanted, seed, bound, least)
+    writer = _VariantWriter(bare, drawn, exercises, len(found), words, tuple(students))
+    return Assignments(whole.name, tuple(map(writer.one, range(1, len(found) + 1), found)), tried)
+
+
+def _named(
+    problem: Source,
+    task: Task | str | Sequence[Task | str] | None,
+    set: Mapping[str, Number] | None,
+) -> tuple[Problem, list[str]]:
+    """Return the problem and the names of the tasks of its sheets."""
+    several = task if isinstance(task, Sequence) and not isinstance(task, str) else [task]
+    first, *others = several or [None]
+    whole, named = given(problem, first, set)
+    names = [moving_task(whole, named, ends=True)]
+    for one in others:
+        whole, named = given(whole, one)
+        names.append(moving_task(whole, named, ends=True))
+    _once(names, "task")
+    return whole, names
 
 
 def _units(units: str | Units, problem: Problem, drawn: Sequence[RoundRange]) -> Units:
@@ -309,12 +330,16 @@ def _loaded_by(problem: Problem, drawn: Sequence[RoundRange]) -> bool:
 
 def _counted(students: Sequence[str], count: int | None) -> int:
     """Return how many students there are, each once."""
-    twice = [name for k, name in enumerate(students) if name in students[:k]]
-    if twice:
-        raise InputError(f"'{twice[0]}' stands there twice", where="students")
+    _once(students, "students")
     if count not in (None, len(students)):
         raise InputError(f"{len(students)} students, {count} variants", where="count")
     return len(students)
+
+
+def _once(names: Sequence[str], where: str) -> None:
+    twice = [name for k, name in enumerate(names) if name in names[:k]]
+    if twice:
+        raise InputError(f"'{twice[0]}' stands there twice", where=where)
 
 
 def _check(count: int, positions: int, seed: int, angle: float | None) -> None:
@@ -327,18 +352,19 @@ def _check(count: int, positions: int, seed: int, angle: float | None) -> None:
         raise InputError("an angle from 0 to 90 degrees is needed", where="transmission")
 
 
-def _with_positions(problem: Problem, name: str, positions: int) -> Problem:
-    """Return the problem with one task: the positions of the tables, transmission angles."""
-    task = problem.tasks[name]
-    assert isinstance(task, Sweep)
-    changes: Json = {}
-    if not any(driver.at is not None for driver in task.all_drivers):
-        changes["poses"] = positions + 1
-    if problem.mechanism.dimension == 2:
-        changes["measures"] = tuple(dict.fromkeys([*(task.measures or ()), "transmission"]))
-    changed = dataclasses.replace(task, **changes)
-    tasks: Table[Task] = Table({name: changed})
-    return dataclasses.replace(problem, tasks=tasks, expected=(), pattern=None)
+def _with_positions(problem: Problem, names: Sequence[str], positions: int) -> Problem:
+    """Return the problem with tasks alone: the positions of the tables, transmission angles."""
+    tasks: dict[str, Task] = {}
+    for name in names:
+        task = problem.tasks[name]
+        assert isinstance(task, Sweep)
+        changes: Json = {}
+        if not any(driver.at is not None for driver in task.all_drivers):
+            changes["poses"] = positions + 1
+        if problem.mechanism.dimension == 2:
+            changes["measures"] = tuple(dict.fromkeys([*(task.measures or ()), "transmission"]))
+        tasks[name] = dataclasses.replace(task, **changes)
+    return dataclasses.replace(problem, tasks=Table(tasks), expected=(), pattern=None)
 
 
 def _rows(problem: Problem, name: str, positions: int) -> list[int]:
@@ -353,65 +379,32 @@ class _VariantWriter:
     """What the documents of all variants share."""
 
     problem: Problem
-    name: str
     drawn: tuple[RoundRange, ...]
-    rows: list[int]
-    pose: int
+    exercises: Sequence[Exercise]
     count: int
-    diagram: str
     words: tuple[Phrases, Phrases, Phrases]
-    lang: str
     students: tuple[str, ...]
 
-    def all(self, found: Sequence[Chosen]) -> Iterator[Assignment]:
-        for number, chosen in enumerate(found, 1):
-            yield self.one(number, chosen)
-
     def one(self, number: int, chosen: Chosen) -> Assignment:
-        say, explained = self.words[0], self.words[2]
+        say, report, _ = self.words
         title = self.problem.title or self.problem.name
-        problem = dataclasses.replace(
-            self.problem.with_values(chosen.values), title=say("sheet", title, number)
-        )
-        result = chosen.result.in_units(self.words[0].units)
-        subject = subject_of(result, self.rows[self.pose], explained)
-        parts = sheet_sections(
-            problem, chosen, self.drawn, subject, self.rows, self.diagram, self.words
-        )
+        name = say("sheet", title, number)
+        problem = dataclasses.replace(self.problem.with_values(chosen.values), title=name)
+        answers = answers_of(self.problem, self.exercises, chosen.results, self.words)
         student = self.students[number - 1] if self.students else ""
-        of = (
-            f"{student}, {say('of', number, self.count)}"
-            if student
-            else say("of", number, self.count)
-        )
-        units = self.words[0].units
-        sheet = localised(Document(problem.title, of, parts, self.lang), units)
-        made = self.words[1]("computed by", __version__)
-        answers = tuple(self._answers(chosen, subject))
-        by = f"{student}, {made}" if student else made
-        key = localised(Document(say("key", title, number), by, answers, self.lang), units)
+
+        def paper(title: str, under: str, sections: tuple[Section, ...]) -> Report:
+            by = ", ".join([student] * bool(student) + [under])
+            return Report(localised(Document(title, by, sections, say.lang), say.units))
+
+        sheet = sheet_sections(problem, chosen, self.drawn, answers, self.words)
+        made = report("computed by", __version__)
         return Assignment(
             number,
             chosen.values,
             problem,
-            Report(sheet),
-            Report(key),
+            paper(name, say("of", number, self.count), sheet),
+            paper(say("key", title, number), made, key_sections(chosen, self.drawn, answers, say)),
             chosen.transmission,
             student,
         )
-
-    def _answers(self, chosen: Chosen, subject: Subject) -> Iterator[Section]:
-        say, report, _ = self.words
-        facts: list[tuple[str, tuple[str | Part, ...]]] = []
-        for one in self.drawn:
-            text = f"{chosen.texts[one.name]} {say.unit(one.unit)}".strip()
-            facts.append((one.base, (text.replace("-", "−"),)))
-        for joint, angle in chosen.transmission.items():
-            facts.append((say("least", joint), (f"{degrees(angle):.2f}°",)))
-        yield Section(say("answers"), (Facts(tuple(facts)),))
-        yield sections.structure_of(self.problem, subject, report)
-        yield sections.position_tables(subject, self.rows, report)
-        yield from sections.force_tables(subject, self.rows, report)
-        place = self.rows.index(subject.pose)
-        yield sections.in_full(subject.result, subject, place, report, self.lang)
-        yield sections.checks(subject.result, subject, report)

@@ -138,13 +138,13 @@ def _check_name(problem: Problem, name: str, where: str) -> None:
 class Chosen:
     """A set of numbers that makes an assignment.
 
-    ``texts`` are the numbers as they are printed, ``values`` as they are set; ``transmission`` the
-    least transmission angle [rad] by joint.
+    ``texts`` are the numbers as they are printed, ``values`` as they are set, ``results`` those of
+    each task; ``transmission`` the least transmission angle [rad] by joint.
     """
 
     texts: dict[str, str]
     values: dict[str, float]
-    result: Result
+    results: tuple[Result, ...]
     transmission: dict[str, float]
 
 
@@ -175,14 +175,14 @@ class Refused:
 
 
 def choose(
-    solver: Solver,
+    solvers: Sequence[Solver],
     ranges: Sequence[RoundRange],
     count: int,
     seed: int,
     bound: float,
     least: int | None = None,
 ) -> tuple[list[Chosen], int]:
-    """Return as many sets of numbers as are wanted, and how many were tried for them."""
+    """Return as many sets of numbers as are wanted, good for all tasks, and how many were tried."""
     total = prod(number.count for number in ranges)
     least = count if least is None else least
     if total < least:
@@ -195,7 +195,7 @@ def choose(
     refused = Refused()
     tried = 0
     for tried, picks in enumerate(_draws(ranges, min(total, TRIES * count + NONE), seed), 1):
-        chosen = _judged(solver, ranges, picks, bound, refused)
+        chosen = _judged(solvers, ranges, picks, bound, refused)
         found += [chosen] if chosen is not None else []
         if len(found) == count:
             return found, tried
@@ -208,7 +208,7 @@ def choose(
     said = f"{len(found)} of {count} variants in {tried} sets of numbers{every}"
     raise SolveError(
         f"{said}: {refused.text(bound)}",
-        where=f"task {solver.name}",
+        where=f"task {', '.join(solver.name for solver in solvers)}",
         hint=hint,
     )
 
@@ -225,7 +225,7 @@ def _draws(ranges: Sequence[RoundRange], most: int, seed: int) -> Iterator[tuple
 
 
 def _judged(
-    solver: Solver,
+    solvers: Sequence[Solver],
     ranges: Sequence[RoundRange],
     picks: tuple[int, ...],
     bound: float,
@@ -233,6 +233,26 @@ def _judged(
 ) -> Chosen | None:
     texts = {number.name: number.text(k) for number, k in zip(ranges, picks, strict=True)}
     values = {number.name: number.value(k) for number, k in zip(ranges, picks, strict=True)}
+    results: list[Result] = []
+    least: dict[str, float] = {}
+    for solver in solvers:
+        result = _solved(solver, values, refused)
+        if result is None:
+            return None
+        results.append(result)
+        for joint, angle in transmission(result).items():
+            least[joint] = min(angle, least.get(joint, angle))
+    if least and bound > 0:
+        joint = min(least, key=lambda name: least[name])
+        if least[joint] < bound:
+            refused.below[joint] += 1
+            refused.best = max(refused.best, least[joint])
+            return None
+    return Chosen(texts, values, tuple(results), least)
+
+
+def _solved(solver: Solver, values: dict[str, float], refused: Refused) -> Result | None:
+    """Return the result of a task, None where it has a fault, which is counted."""
     try:
         result = solver(values)
     except AssemblyError:
@@ -252,14 +272,7 @@ def _judged(
         words = [str(status) for status in result.status if status not in GOOD]
         refused.faults[words[0] if words else str(result.fault).splitlines()[0]] += 1
         return None
-    least = transmission(result)
-    if least and bound > 0:
-        joint = min(least, key=lambda name: least[name])
-        if least[joint] < bound:
-            refused.below[joint] += 1
-            refused.best = max(refused.best, least[joint])
-            return None
-    return Chosen(texts, values, result, least)
+    return result
 
 
 def transmission(result: Any) -> dict[str, float]:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+import itertools
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import fields, replace
 from math import isclose, pi
 from typing import Any
@@ -13,16 +14,16 @@ from mechdae.describe.dimensions import parameter_units
 from mechdae.describe.expression import evaluate
 from mechdae.describe.file.writing import given
 from mechdae.describe.loads import Force, Load, Resistance, Spring, TableLoad, Torque
-from mechdae.describe.tasks.kinds import Driven
 from mechdae.describe.tasks.motion import Reactions
 from mechdae.describe.units import Units
 from mechdae.describe.values import Value
+from mechdae.draw.formulas.notations import RAISED
 from mechdae.draw.formulas.tree import Facts, Grid, Image, Note, Part, Passage, Section
+from mechdae.parts.paper.assignments.answers import Answers, part_of
 from mechdae.parts.paper.assignments.choice import Chosen, RoundRange
 from mechdae.parts.paper.explanations.localised import named
 from mechdae.parts.paper.explanations.subject import Subject
 from mechdae.parts.paper.phrases import Phrases
-from mechdae.parts.paper.reports import sections
 
 Given = float | str | tuple["Given", ...] | Mapping[str, "Given"]
 SIGNIFICANT = 6
@@ -64,8 +65,9 @@ def in_turns(speed: float) -> tuple[float, str]:
 
 
 def signed(digits: str) -> str:
-    """Return digits with a typographic minus."""
-    return digits.replace("-", "−")
+    """Return digits with a typographic minus, a power of ten as such: 4e+07 as 4·10⁷."""
+    digits, _, power = digits.partition("e")
+    return digits.replace("-", "−") + (f"·10{str(int(power)).translate(RAISED)}" if power else "")
 
 
 def amount(value: float | str, unit: str | None, say: Phrases) -> str:
@@ -78,15 +80,19 @@ def amount(value: float | str, unit: str | None, say: Phrases) -> str:
 
 def facts(value: Value, skip: tuple[str, ...], say: Phrases) -> str:
     """Return what a link or a joint is given with, each number by its word and in its unit."""
-    units = {entry.name: entry.metadata.get("unit") for entry in fields(value)}
+    known: dict[str, Mapping[str, Any]] = {entry.name: entry.metadata for entry in fields(value)}
     found = given(value, skip=skip)
+    found.pop("kind", None)
     if getattr(value, "straight", False):  # a guide has a direction, also that which is usual
         found = {"axis": getattr(value, "axis", 0.0)} | found
-    parts = [
-        f"{say.kind(key)} = {amount(v, units.get(key), say)}"
-        for key, v in found.items()
-        if key != "kind"
-    ]
+    parts = []
+    for key, content in found.items():
+        about = known.get(key, {})
+        said = (
+            say.kind(content) if about.get("choices") else amount(content, about.get("unit"), say)
+        )
+        name = say.kind(key).replace("_", " ")
+        parts.append(name if content is True else f"{name} = {said}")
     return ", ".join(parts)
 
 
@@ -135,24 +141,36 @@ def sheet_sections(
     problem: Problem,
     chosen: Chosen,
     drawn: tuple[RoundRange, ...],
-    subject: Subject,
-    rows: list[int],
-    diagram: str,
+    answers: Sequence[Answers],
     say: tuple[Phrases, Phrases, Phrases],
 ) -> tuple[Section, ...]:
-    words, report, explained = say
-    task = problem.tasks[subject.result.task]
-    assert isinstance(task, Driven)
-    image = Image(diagram, words("caption"), 0.62)
-    return (
-        Section(
-            words("given"), (_numbers(problem, chosen, drawn, words), _driver(subject, task, words))
-        ),
-        Section(words("diagram"), (image,)),
-        Section(words("parts"), tuple(_parts(problem, subject, words, explained))),
-        Section(words("to do"), tuple(_wanted(subject, rows, words))),
-        Section(words("fill in"), (), tuple(_empty(subject, rows, report))),
-    )
+    """Return what is given and the questions, of several exercises one after the other.
+
+    What they share stands once: numbers, names of links, and the diagram where it is the same.
+    """
+    words, _, explained = say
+    count = itertools.count(1)
+    drivers = [_driver(one.subject, words) for one in answers]
+    images = [Image(one.exercise.diagram, words("caption"), 0.62) for one in answers]
+    shared: list[Passage] = [_numbers(problem, chosen, drawn, words)]
+    shared += drivers[:1] * _alike(drivers)
+    head = [Section(words("given"), tuple(shared))]
+    head += [Section(words("diagram"), (images[0],))] * _alike(images)
+    names = tuple(_parts(problem, answers[0].subject, words, explained))
+    head.append(Section(words("parts"), names))
+    parts: list[Section] = []
+    for k, one in enumerate(answers):
+        asked = (
+            Section(words("to do"), tuple(_wanted(one, count, words))),
+            Section(words("fill in"), (), tuple(_empty(one))),
+        )
+        further = [some[k] for some in (drivers, images) if not _alike(some)]
+        parts += asked if len(answers) == 1 else [part_of(k + 1, one, words, further, asked)]
+    return (*head, *parts)
+
+
+def _alike(passages: Sequence[Passage]) -> bool:
+    return all(passage == passages[0] for passage in passages)
 
 
 def _numbers(problem: Problem, chosen: Chosen, drawn: tuple[RoundRange, ...], say: Phrases) -> Grid:
@@ -175,8 +193,8 @@ def _plain(unit: str) -> str:
     return "" if unit == "1" else unit
 
 
-def _driver(subject: Subject, task: Driven, say: Phrases) -> Facts:
-    values = subject.scene.mechanism.values()
+def _driver(subject: Subject, say: Phrases) -> Facts:
+    values, task = subject.scene.mechanism.values(), subject.result.definition
     texts = [_driven(subject, driver, values, say) for driver in task.all_drivers]
     if isinstance(task, Reactions) and task.quasi_static:
         texts.append(say("quasi-static"))
@@ -236,30 +254,33 @@ def _points(points: Mapping[str, Given], say: Phrases) -> str:
     return ", ".join(f"{name} {text(place)}" for name, place in places.items())
 
 
-def _wanted(subject: Subject, rows: list[int], say: Phrases) -> Iterator[Note]:
-    yield Note((say("structure"),))
-    yield Note((say("positions", len(rows)),))
-    if subject.rated:
-        plane = subject.result.mechanism.dimension == 2
-        yield Note((say("rates" if plane else "rates alone", rows.index(subject.pose)),))
-    if getattr(subject.result, "efforts", None):
+def _wanted(answers: Answers, count: Iterator[int], say: Phrases) -> Iterator[Note]:
+    """Yield the questions, numbered."""
+    subject, rows = answers.subject, answers.exercise.rows
+    asked = [say("structure")] * bool(answers.structure)
+    if answers.positions:
+        asked.append(say("positions", len(rows)))
+        if subject.rated:
+            plane = subject.result.mechanism.dimension == 2
+            asked.append(say("rates" if plane else "rates alone", rows.index(subject.pose)))
+    if answers.forces:
         rubs = any(
             getattr(joint, "friction", None) or getattr(joint, "mesh_loss", None)
             for joint in subject.result.mechanism.joints.values()
         )
-        friction = getattr(subject.result.definition, "friction", "none")
-        yield Note((say("rubbing forces" if rubs and friction != "none" else "forces"),))
-        if "efficiency" in subject.result.summary:
-            yield Note((say("cycle"),))
+        counted = getattr(subject.result.definition, "friction", "none") != "none"
+        kind = "rubbing " if rubs and counted else "smooth " * rubs
+        asked.append(say(f"{kind}forces"))
+        asked += [say("cycle")] * ("efficiency" in subject.result.summary)
+    yield from (Note((f"{next(count)}. {question}",)) for question in asked)
 
 
-def _empty(subject: Subject, rows: list[int], report: Phrases) -> Iterator[Section]:
+def _empty(answers: Answers) -> Iterator[Section]:
     """Yield the tables of the answers, empty but for positions and drivers."""
-    keep = 1 + len(subject.result.drivers)
-    positions = sections.position_tables(subject, rows, report)
-    for k, part in enumerate(positions.sections):
+    keep = 1 + len(answers.subject.result.drivers)
+    for k, part in enumerate(inner for whole in answers.positions for inner in whole.sections):
         yield _emptied(part, keep if k == 0 else 1)
-    for part in sections.force_tables(subject, rows, report):
+    for part in answers.forces:
         yield _emptied(replace(part, sections=()), keep)
 
 

@@ -24,7 +24,12 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--students", metavar="FILE", help="names, one to a line: a variant for each"
     )
-    parser.add_argument("--task", metavar="T", help="a sweep or a task of reactions")
+    parser.add_argument(
+        "--task",
+        action="append",
+        metavar="T",
+        help="a sweep or a task of reactions; again for a further part of the sheet",
+    )
     parser.add_argument(
         "--transmission-deg", type=float, metavar="A", help="least transmission angle (30)"
     )
@@ -48,7 +53,7 @@ def run(options: argparse.Namespace) -> int:
     angle = options.transmission_deg
     made = assign(
         problem_of(options),
-        options.task,
+        task=options.task,
         vary=_ranges(options.vary),
         count=options.count,
         transmission_angle=None if angle is None else radians(angle),
@@ -61,7 +66,10 @@ def run(options: argparse.Namespace) -> int:
     )
     print(made.save(options.out, options.format))
     fewer = "" if options.count or len(made) == USUAL else f": no {USUAL} in these ranges"
-    message(f"mechdae: {len(made)} variants of {made.tried} sets of numbers{fewer}", options.quiet)
+    sets = "set" if made.tried == 1 else "sets"
+    variants = "variant" if len(made) == 1 else "variants"
+    told = f"{len(made)} {variants} of {made.tried} {sets} of numbers{fewer}"
+    message(f"mechdae: {told}", options.quiet)
     return 0
 
 
