@@ -26,6 +26,10 @@ PREFIXES = {
 }
 
 
+UNIT = r"[A-Za-zµ]+(?:\$\^\d\$|\d|²|³)?"
+"""A unit and its power."""
+
+
 class Words:
     """The words of one language.
 
@@ -73,11 +77,13 @@ ENGLISH = Words()
 
 
 def unit_in_russian(text: str) -> str:
-    """Return a unit in Russian, or as it is: ``(m/s$^2$)`` is ``(м/с$^2$)``."""
+    """Return a unit in Russian, or as it is: ``(m/s$^2$)`` is ``(м/с$^2$)``, ``N m`` ``Н·м``."""
     units = table("units")
     if text in units:
         return units[text]
-    found = re.fullmatch(r"(\(?)([\wµ ]+)/(s|m)(\$\^\d\$|\d|²|³)?(\)?)", text)
-    if not found or found[2] not in units:
+    if not re.fullmatch(rf"\(?(1/)?{UNIT}([ /]{UNIT})*\)?", text):
         return text
-    return f"{found[1]}{units[found[2]]}/{units[found[3]]}{found[4] or ''}{found[5]}"
+    parts = re.split(r"([A-Za-zµ]+)", text)
+    if not units.keys() >= {*parts[1::2]}:
+        return text
+    return "".join(units.get(part, part.replace(" ", "·")) for part in parts)

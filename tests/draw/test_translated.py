@@ -9,6 +9,7 @@ from matplotlib.text import Text
 
 import mechdae as md
 from mechdae.draw.translated import in_russian
+from mechdae.draw.words import unit_in_russian
 from mechdae.errors import UnknownName
 
 
@@ -55,3 +56,12 @@ def test_another_language() -> None:
     result = md.solve("slider-crank", "turn")
     with pytest.raises(UnknownName, match="language"):
         md.plot(result, "curves", lang="de")
+
+
+@pytest.mark.parametrize(
+    ("unit", "said"),
+    [("N m", "Н·м"), ("kg m2", "кг·м²"), ("kg/m", "кг/м"), ("(N s/m)", "(Н·с/м)"), ("1/m²", "1/м²"),
+     ("(m/s$^2$)", "(м/с$^2$)"), ("5 mm", "5 mm"), ("m is", "m is")],
+)  # fmt: skip
+def test_products_and_quotients_of_units_are_translated(unit, said):
+    assert unit_in_russian(unit) == said

@@ -338,6 +338,24 @@ console.log(JSON.stringify(tomlText(data.file, data.sliders, session.theta)));
 
 
 @needs_node
+def test_curves_of_what_turns_evenly_show_no_rounding(tmp_path):
+    """The rocker of a parallelogram turns as its crank, at 1 rad/s, and accelerates by nothing."""
+    phi, omega, epsilon = in_page(
+        md.page("change-point-parallelogram", "arc"),
+        f"""
+globalThis.WORDS = {{}};
+const {{ thingsOf }} = await import("{(WEB / "curves.js").as_posix()}");
+const rocker = thingsOf({{ session, data }}).find(({{ parts }}) => parts[0] === "rocker");
+console.log(JSON.stringify(rocker.lines().map(({{ values }}) => values())));
+""",
+        tmp_path,
+    )
+    assert phi == pytest.approx(np.radians(np.linspace(10, 170, len(phi))).tolist(), abs=1e-12)
+    assert omega == pytest.approx([1.0] * len(phi), abs=1e-12)
+    assert epsilon == [0] * len(phi)
+
+
+@needs_node
 def test_the_table_of_a_spatial_mechanism_has_all_components(tmp_path):
     """Against what Python solved, also of rates and quaternions."""
     page, truth = md.page("rssr"), md.solve("rssr", "turn")

@@ -22,7 +22,7 @@ from mechdae.describe.tasks.motion import Reactions
 from mechdae.describe.units import SI, Units, units_of
 from mechdae.describe.values import Number
 from mechdae.draw.smooth import in_picture, smooth
-from mechdae.draw.words import table, unit_in_russian
+from mechdae.draw.words import table
 from mechdae.errors import InputError, MechdaeError
 from mechdae.forces.poses import LoadedRun, loaded_run
 from mechdae.motion.kinematics.prepared import Run, Setting, prepare
@@ -235,9 +235,7 @@ def _page(problem: Problem, name: str, lang: str, names: tuple[str, ...], file: 
         "units": parameter_units(problem.mechanism, problem.tasks.values()),
     }
     if lang == "ru":
-        lengths = ("m", "mm", "cm", "rad", "deg", "°")
-        rates = [f"{unit}/{time}" for unit in lengths for time in ("s", "s²", "s³")]
-        data["unit_names"] = {unit: unit_in_russian(unit) for unit in (*table("units"), *rates)}
+        data["unit_names"] = {**table("units"), " ": "·"}
     if units:
         data["shown"] = {si: [shown.factor, shown.name] for si, shown in units.by_si.items()}
     tables: Json | None = None

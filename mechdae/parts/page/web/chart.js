@@ -6,8 +6,8 @@ import { words } from "./words.js";
 const EDGE = { left: 54, right: 12, top: 17, bottom: 6 }, FOOT = 15;
 /** Extremes nearer than this [px] to another one have no number. */
 const CROWDED = 26;
-/** What is smaller than this share of the largest value is rounding. */
-const SILENCE = 1e-11;
+/** What is smaller than this share of the largest value, or of what is natural, is rounding. */
+export const SILENCE = 1e-11;
 /** A curve jumps where a step is so many times those beside it. */
 const JUMP = 2;
 /** A curve has a corner where it bends so many times as much as beside it. */
@@ -100,7 +100,7 @@ export class Chart {
       element("line", { x1: x, x2: x, y1: EDGE.top, y2: EDGE.top + this.size[1], class: "axis" }, this.curve);
       text(x, height - 8, "middle", "tick", digits(value, 4));
     }
-    text(EDGE.left, 11, "start", "title", `${title}${name ? `, ${name}` : ""}`);
+    text(2, 11, "start", "title", `${title}${name ? `, ${name}` : ""}`);
     if (foot) text(width - EDGE.right, 11, "end", "tick", `${foot}${where ? `, ${where}` : ""}`);
     for (const { times, many, about } of events) {
       const ways = times.map((at) => `M${this.x(at).toFixed(1)} ${EDGE.top}v${many ? TICK : this.size[1]}`);

@@ -1,5 +1,5 @@
 /** Curves of what is chosen in the diagram: a quantity and its two rates, one panel each. */
-import { Chart } from "./chart.js";
+import { Chart, SILENCE } from "./chart.js";
 import { bareAngle, pinned } from "./session.js";
 import { lightable, whenLit } from "./light.js";
 import { find, made, written } from "./made.js";
@@ -87,8 +87,9 @@ const lineOf = (session, of, unit, order, more = {}) => ({ unit, order, dashed: 
 
 /** A line of an output by its path. */
 function lineAt(session, path, unit, order, more) {
-  const { scalar } = session.output(path);
-  const of = (pose) => { const value = pose && scalar(pose); return Number.isFinite(value) ? value : null; };
+  const { scalar } = session.output(path), { start, pace } = session.data;
+  const rounding = SILENCE * ({ rad: 1, m: start.scale }[unit] || 0) * pace ** order;
+  const of = (pose) => { const value = pose && scalar(pose); return Number.isFinite(value) ? (Math.abs(value) < rounding ? 0 : value) : null; };
   return lineOf(session, of, unit, order, more);
 }
 

@@ -6,7 +6,7 @@ const FACTORS = { rad: [180 / Math.PI, "°"], "rad/s": [1, "rad/s"], "rad/s2": [
 const NAMES = {};
 let decimalMark = ".";
 
-/** Write units and numbers as a language does: name -> name, and what stands before decimals. */
+/** Write units and numbers as a language does: name of a unit, or what is between two, -> name; and what is before decimals. */
 export function nameIn(table, mark) {
   Object.assign(NAMES, table);
   decimalMark = mark;
@@ -22,7 +22,7 @@ const raised = (unit) => unit.replace(/(?<=[a-z])[23]/g, (power) => (power === "
 /** @param {string} unit SI @returns {[number, string]} factor and name of what is shown */
 export function displayed(unit) {
   const [factor, name] = FACTORS[unit] || [1, raised(unit)];
-  return [factor, NAMES[name] || name];
+  return [factor, name.replace(/[A-Za-zµ]+| /g, (part) => NAMES[part] || part)];
 }
 
 /** At most so many significant digits, without zeros that say nothing. */
