@@ -264,7 +264,8 @@ def margins_of(sheet: Sheet, low: ArrayLike, high: ArrayLike) -> style.Margins:
     for shape in sheet.drawn:
         if str(shape.gid).startswith(ASIDE):
             continue
-        ends, reach = shape.points[np.isfinite(shape.points).all(axis=1)], shape.radius
+        ends = shape.points[np.isfinite(shape.points).all(axis=1)]
+        reach = shape.radius + shape.width / 2
         if shape.kind == "text":
             ends = ends + np.array(ink(shape.text, shape.font))
         corners += [ends - reach, ends + reach]

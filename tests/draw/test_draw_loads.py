@@ -238,6 +238,14 @@ def test_dark_paper_is_a_value(result):
     assert to_hex(light.get_figure().get_facecolor()) == style.PAPER
 
 
+def test_the_scale_bar_keeps_off_loads():
+    axes = md.plot(md.solve("toggle-press", "turn", poses=25), "diagram", pose=4, width="90mm")
+    rows = {own.get_gid(): own.get_xydata() for own in axes.lines}
+    bar, load = rows["scale-bar"], rows["load-press"]
+    assert load[:, 1].min() < bar[:, 1].max()
+    assert bar[:, 0].max() < load[:, 0].min() or bar[:, 0].min() > load[:, 0].max()
+
+
 def test_centres_of_mass_beside_their_links_are_tied_to_them():
     axes = md.plot("andrews-squeezer", "diagram")
     ties = {own.get_gid(): own.get_xydata() for own in axes.lines if "-tie" in str(own.get_gid())}

@@ -73,6 +73,15 @@ def test_the_driver_is_where_books_draw_it(name):
                     assert size < 1e-12 or a @ b / size > -np.cos(np.deg2rad(12.0))
 
 
+def test_no_pin_lies_on_the_link_of_others():
+    """At 41 degrees the bar OC of Peaucellier's cell runs through the pivot Q."""
+    scene = read_scene(md.solve("peaucellier", "window"))
+    pose = choose_pose(scene, "sweep")
+    (o, c, q) = (scene.place(ref, pose) for ref in ("ground.O", "arm_C.C", "ground.Q"))
+    way = (c - o) / np.hypot(*(c - o))
+    assert abs(way[0] * (q - o)[1] - way[1] * (q - o)[0]) > 0.04 * np.hypot(*(c - o))
+
+
 def test_default_pose_avoids_links_on_each_other():
     scene = of_length(slider_crank(np.deg2rad(np.arange(0.0, 361.0, 10.0))))
     angle = np.rad2deg(scene.angles["crank"][choose_pose(scene, "sweep")])

@@ -129,6 +129,53 @@ def test_arcs_and_limits_are_where_they_are(jamming: md.Result) -> None:
     assert np.array(found) == pytest.approx(np.rad2deg(failed))
 
 
+def test_nothing_is_marked_behind_a_stop() -> None:
+    """The rocker is stopped at 70 and 115 degrees: arcs end there, by the law of cosines."""
+    whole = md.load("four-bar-crank-rocker")
+    mechanism = whole.mechanism
+    pin = replace(mechanism.joints["D"], limits=(np.deg2rad(70), np.deg2rad(115)))
+    stopped = replace(whole, mechanism=replace(mechanism, joints={**mechanism.joints, "D": pin}))
+    driver = md.Driver("crank.angle", from_=0.0, to=2 * np.pi)
+    task = md.Sweep(driver, poses=73, measures=["extremes"])
+    panel = md.plot(md.solve(stopped, task), "curves", paths=["bodies/coupler/angle"])
+    spans = [own for own in panel.patches if own.get_gid() == "arc-stopped"]
+    a, b, c, d = 0.04, 0.12, 0.08, 0.1
+    for at in (spans[0].get_x() + spans[0].get_width(), spans[1].get_x()):
+        crank = np.deg2rad(at)
+        gap = np.hypot(d - a * np.cos(crank), a * np.sin(crank))
+        open_by = np.arccos((c**2 + gap**2 - b**2) / (2 * c * gap))
+        rocker = np.pi - np.arctan2(a * np.sin(crank), d - a * np.cos(crank)) - open_by
+        assert np.rad2deg(rocker) == pytest.approx(70 if at < 90 else 115, abs=1e-6)
+    marks = [own for own in panel.lines if str(own.get_gid()).startswith("extreme")]
+    assert len(marks) == 1
+    (name,) = (own for own in panel.texts if " at " in own.get_text())
+    edges = [panel.transData.transform((own.get_xdata()[0], 0))[0]
+             for own in panel.lines if own.get_gid() == "event-stop"]  # fmt: skip
+    box = name.get_window_extent()
+    assert len(edges) == 4
+    assert not any(box.x0 < x < box.x1 for x in edges)
+
+
+def test_names_stand_where_curves_end_on_the_right() -> None:
+    """The crank runs from 60 degrees down: the last pose is on the left."""
+    whole = md.load("four-bar-double-rocker")
+    down = md.Sweep(md.Driver("left.angle", from_=1.2, to=0.6), poses=9)
+    panel = md.plot(md.solve(whole, down), "curves", paths=["bodies/right/angle"])
+    x, y = line(panel, "curve-bodies/right/angle-right").get_data()
+    (name,) = (own for own in panel.texts if own.get_text() == "right")
+    assert x[0] > x[-1]
+    assert name.xy[1] == pytest.approx(y[0], abs=1e-12)
+
+
+def test_rounding_noise_is_zero() -> None:
+    """Cranks of a parallelogram turn at one speed: nothing accelerates, nothing is a pole."""
+    figure = md.plot(coarse(md.load("parallelogram-three-cranks"), "turn"), "curves").figure
+    assert not np.any([own.get_ydata() for own in figure.axes[2].lines])
+    assert figure.axes[2].get_ylabel() == "angular acceleration [deg/s²]"
+    wankel = md.plot(coarse(md.load("wankel-rotor"), "cycle"), "curves").figure
+    assert not [own for own in wankel.axes[0].lines if str(own.get_gid()).startswith("beyond")]
+
+
 def test_change_points_and_time(rocker: md.Result) -> None:
     result = coarse(md.load("kite"), "turn")
     axes = md.plot(result, "curves")

@@ -81,6 +81,7 @@ def test_letters_of_shared_pins():
     assert letters == ["O", "A", "G", "B", "C", "E", "F"]
     assert written("A12") == ("A", "12")
     assert written("wheel_pin") == ("wheel_pin", "")
+    assert written("C1, B12") == ("C₁, B₁₂", "")
 
 
 def test_numbers_are_the_bodies_own_or_the_next_free():

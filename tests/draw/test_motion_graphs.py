@@ -61,7 +61,7 @@ def test_a_joint_is_drawn_with_its_rates(block: md.Result) -> None:
     v, a, stop = law(block)
     axes = md.plot(block, "curves", of=["joints/guide"])
     labels = [panel.get_ylabel() for panel in axes.get_figure(root=True).axes]
-    assert labels == ["slide [mm]", "slide velocity [m/s]", "slide acceleration [m/s2]"]
+    assert labels == ["slide [mm]", "slide velocity [m/s]", "slide acceleration [m/s²]"]
     _, line = curve(axes, "joints/guide/slide_velocity")
     t, speed = np.asarray(line.get_xdata(), float), np.asarray(line.get_ydata(), float)
     assert speed == pytest.approx(np.where(t < stop, v - a * t, 0.0), abs=1e-6)

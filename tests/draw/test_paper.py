@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
+from matplotlib.patches import Circle
 from matplotlib.text import Text
 
 import mechdae as md
@@ -145,6 +146,30 @@ def test_mechanisms_fill_their_pictures() -> None:
     shares = [filled(name) for name in names]
     assert np.median(shares) >= 0.65
     assert min(shares) >= 0.42
+
+
+@pytest.mark.parametrize(
+    ("problem", "task", "names"),
+    [("friction-planetary", "turn", "rim"), ("eccentric-slider", "motion", "mass-block")],
+)
+def test_all_of_a_mechanism_is_in_the_picture(problem: str, task: str, names: str) -> None:
+    """A ring larger than what turns in it, a centre of mass above all points."""
+    axes = md.plot(md.solve(problem, task), "diagram", width="90mm")
+    circles = [own for own in axes.patches if isinstance(own, Circle)]
+    circles = [own for own in circles if names == "rim" or own.get_gid() == names]
+    largest = max(circles, key=Circle.get_radius)
+    for middle, ends in zip(largest.center, (axes.get_xlim(), axes.get_ylim()), strict=True):
+        assert ends[0] < middle - largest.radius
+        assert middle + largest.radius < ends[1]
+
+
+def test_wide_lines_have_room() -> None:
+    """The groove of a rotor's seals is drawn as one line of its width."""
+    axes = md.plot(md.solve("wankel-rotor", "turn", poses=9), "diagram", width="90mm")
+    groove = next(own for own in axes.lines if str(own.get_gid()).endswith("-curve"))
+    units = axes.get_window_extent().width / np.ptp(axes.get_xlim()) * 72 / axes.figure.dpi
+    room = np.min(groove.get_xdata()) - axes.get_xlim()[0]
+    assert room * units > groove.get_linewidth() / 2
 
 
 def test_letters_as_text_on_the_command_line(tmp_path: Path) -> None:

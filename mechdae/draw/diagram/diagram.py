@@ -49,8 +49,8 @@ if TYPE_CHECKING:
 
 FAR = 1.5
 """Paths and guides are in the picture up to so many sizes of the mechanism beside it."""
-
-
+WHOLE = 4.0
+"""Wheels with a radius of less than so many sizes are in the picture as a whole."""
 DOT = 3.0
 """Size of a place on a path of a few poses."""
 STRIDE = 8.0
@@ -272,6 +272,7 @@ def extent(scene: DrawnScene, pose: int, paths: bool) -> tuple[Array, Array, flo
     for joint in scene.joints(pose):
         for _, center, radius in circles(scene, joint, pose):
             more.append(center + radius * np.array([[-1, -1], [1, 1]]))
+            near = np.vstack([near, *more[-1:]]) if radius < WHOLE * size else near
         if joint.wheels == 1:
             more.append(np.array(rack_span(scene, joint, pose)[:2]))
         if joint.straight and joint.name not in scene.cylinders:

@@ -11,7 +11,7 @@ from mechdae.describe.units import SI, Units
 from mechdae.draw import style
 from mechdae.draw.closing import blame_text, open_text
 from mechdae.draw.diagram import symbols
-from mechdae.draw.diagram.driver import drivers_of, held_drivers, time_text, value_text
+from mechdae.draw.diagram.driver import blocked, drivers_of, held_drivers, time_text, value_text
 from mechdae.draw.diagram.places import JoinedScene
 from mechdae.draw.fonts import font, ink, plain, width_of
 from mechdae.draw.sheet import Sheet
@@ -36,17 +36,24 @@ def draw_frame(
     metres = getattr(result, "units", SI).of("m")
     length = nice_length(0.2 * metres.factor * float(sheet.size[0]) / sheet.metre) / metres.factor
     bar = length * sheet.metre
-    start = np.array([sheet.size[0] - 6.0 - bar, 10.0])
     chosen = font(style.NOTE, style.NOTE_FONT)
     text = length_text(length, words, getattr(result, "units", SI))
     low, high = ink(text, chosen)
+    wide, note = (high - low)[0], note_text(scene, result, pose, words)
+    note = "; ".join(part for part in (note, extra) if part)
+    right = sheet.size[0] - 6.0
+    if not note and sheet.memory is None:  # aside of what reaches down there, such as a load
+        line = np.linspace((right - bar - wide - 12.0, 10.0), (right, 10.0), 9)
+        ways = np.arange(0.0, right - bar - wide - 12.0, bar / 2)
+        cost = [blocked(sheet, line - (way, 0.0)) for way in ways]
+        right -= ways[int(np.argmin(np.round(cost, 6)))] if cost else 0.0
+    start = np.array([right - bar, 10.0])
     symbols.scale_bar(sheet, start, bar, "scale-bar")
-    spot = start - (5.0 + (high - low)[0] / 2, 0.0)
+    spot = start - (5.0 + wide / 2, 0.0)
     sheet.text(spot, text, chosen, style.FAINT, "scale-text")
-    sheet.box((spot[0] - (high - low)[0] / 2 - 3.0, 2.0), (sheet.size[0], 18.0))
-    note = "; ".join(text for text in (note_text(scene, result, pose, words), extra) if text)
+    sheet.box((spot[0] - wide / 2 - 3.0, 2.0), (right + 6.0, 18.0))
     if note:
-        room = float(spot[0] - (high - low)[0] / 2 - 14.0)
+        room = float(spot[0] - wide / 2 - 14.0)
         note, chosen = fitted(note, style.NOTE, room, style.NOTE_FONT)
         low, high = ink(note, chosen)
         sheet.text((4.0 + (high - low)[0] / 2, 10.0), note, chosen, style.FAINT, "note")

@@ -56,7 +56,7 @@ class Mark:
 
 
 def load_points(scene: JoinedScene, pose: int) -> list[Array]:
-    """Return the points [m] at which forces and springs take hold."""
+    """Return the points [m] at which forces and springs take hold, and centres of mass."""
     references: list[str] = []
     for load in scene.mechanism.loads.values():
         if isinstance(load, Force):
@@ -64,7 +64,15 @@ def load_points(scene: JoinedScene, pose: int) -> list[Array]:
         elif isinstance(load, Spring):
             references += load.between or ()
     shown = [entry for entry in references if scene.shown(entry.split(".")[0], pose)]
-    return [scene.place(entry, pose) for entry in shown]
+    centers = [(name, center_and_foot(scene, name)) for name in heavy_bodies(scene, pose)]
+    carried = [scene.carried(name, found[0], pose) for name, found in centers if found is not None]
+    return [*(scene.place(entry, pose) for entry in shown), *carried]
+
+
+def heavy_bodies(scene: JoinedScene, pose: int) -> list[str]:
+    """Return the bodies shown that have a mass."""
+    known = scene.mechanism.bodies
+    return [name for name in known if known[name].mass is not None and scene.shown(name, pose)]
 
 
 def peak_force(scene: JoinedScene, result: SweepResult, poses: Sequence[int]) -> float | None:
@@ -218,7 +226,7 @@ class DrawnLoads:
         if found is None:
             return None
         way = None if size is None and isinstance(load, TableLoad) else turn * found[1]
-        size, gap = None if size is None else abs(size), style.BLOCK[0] + 2.0
+        size, gap = None if size is None else abs(size), style.BLOCK[0] + 3.5
         return StraightLoad(load, found[0], way, size, self.anchor(entry), gap, against == 0.0)
 
     def couple(self, load: Load, values: tuple[float, ...] | None) -> bool:
@@ -254,7 +262,7 @@ class DrawnLoads:
         self.marks.append(Mark(name, text, ((line[0, :2], line[1, :2]),)))
 
     def _cost(self, line: Array) -> float:
-        outside = (line < 3.0).any() or (line > self.sheet.size - 3.0).any()
+        outside = (line < 1.0).any() or (line > self.sheet.size - 1.0).any()
         return blocked(self.sheet, np.linspace(line[0], line[1], 9)) + 100.0 * bool(outside)
 
     def arrow(self, line: Array, gid: str, pull: StraightLoad) -> None:
@@ -360,8 +368,7 @@ class DrawnLoads:
         if len(marks) > MANY:
             marks = [replace(mark, text=mark.name) for mark in marks]
         mechanism, numbers = self.scene.mechanism, self.scene.numbers
-        heavy = [name for name, body in mechanism.bodies.items() if body.mass is not None]
-        heavy = [name for name in heavy if self.scene.shown(name, self.pose)]
+        heavy = heavy_bodies(self.scene, self.pose)
         for name in heavy:
             self._mass(name)
         pull = np.array([numbers.get(f"gravity.{axis}", 0.0) for axis in mechanism.axes])

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 
 LONG = 3
 """A joint name of more letters gives way to the name of the point."""
+LOWERED = str.maketrans("0123456789", "₀₁₂₃₄₅₆₇₈₉")
 
 
 @dataclass(frozen=True)
@@ -194,9 +195,12 @@ def _indexed(letter: str, bodies: Sequence[str], numbers: Mapping[str, int]) -> 
 
 
 def written(name: str) -> tuple[str, str]:
-    """Return a name as it is written: numbers at its end are an index."""
+    """Return a name as it is written: numbers at its end are an index, also of several names."""
     match = re.fullmatch(r"([A-Za-zα-ω]+)_?(\d+(?:_\d+)?)", name)
-    return (match[1], match[2].replace("_", ",")) if match else (name, "")
+    if match or ", " not in name:
+        return (match[1], match[2].replace("_", ",")) if match else (name, "")
+    pairs = [written(part) for part in name.split(", ")]
+    return ", ".join(letter + index.translate(LOWERED) for letter, index in pairs), ""
 
 
 def _points_of(joint: Joint) -> list[tuple[str, ...]]:

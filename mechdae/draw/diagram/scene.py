@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
@@ -380,8 +381,9 @@ def choose_pose(scene: DrawnScene, kind: str, pose: int | None = None) -> int:
     """Return the index of the pose to draw.
 
     Without a wish: the first assembled pose of a few, or of a list of assembly modes; of a
-    longer sweep one with the driver at `BOOK` degrees, in which links that share a pin are as
-    far from one line as they can be. Where there is none the middle assembled pose, or the nearest
+    longer sweep one with the driver at `BOOK` degrees, in which the fewest joints lie on links
+    that they do not belong to, and links that share a pin are as far from one line as they can
+    be. Where there is none the middle assembled pose, or the nearest
     to it in which neither two links nor two joints lie on each other; near the middle also one in
     which no two links are in line as in a dead centre.
 
@@ -406,7 +408,8 @@ def choose_pose(scene: DrawnScene, kind: str, pose: int | None = None) -> int:
     shut = covered | (aligned[1] > FOLDED)
     open_ones = [k for k in in_book(scene.turn, assembled) if not shut[k]]
     if open_ones:
-        return min(open_ones, key=lambda k: round(float(aligned[:, k].max()), 1))
+        behind = _behind(scene)
+        return min(open_ones, key=lambda k: (behind[k], round(float(aligned[:, k].max()), 1)))
     far = len(assembled) // 6
     for unclear, most in ((covered | stretched, far), (covered, len(assembled))):
         clear = [index for index in assembled if not unclear[index]]
@@ -469,6 +472,25 @@ def _crowded(scene: DrawnScene) -> NDArray[np.bool_]:
         apart = (x[i] - x[i + 1 :]) ** 2 + (y[i] - y[i + 1 :]) ** 2
         moving = apart.max(axis=1) > 1.0
         result[known] |= (apart[moving] < 1.0).any(axis=0)
+    return result
+
+
+def _behind(scene: DrawnScene) -> NDArray[np.intp]:
+    """Return on how many links that are not theirs pins lie in each pose, (n,)."""
+    hinges = [
+        j for j in scene.mechanism.joints.values() if j.hinge and j.second_body in scene.origins
+    ]
+    result = np.zeros(len(scene.status), dtype=np.intp)
+    pins = np.array([scene.track(joint.second) for joint in hinges])
+    for body in set(scene.mechanism.bodies) & set(scene.origins) if hinges else ():
+        beside = pins[[body not in joint.bodies for joint in hinges]]
+        tracks = [scene.track(f"{body}.{point}") for point in scene.mechanism.body(body).points]
+        for a, b in itertools.combinations(tracks, 2):
+            way, arm = b - a, beside - a
+            length = np.maximum(np.hypot(*way.T), 1e-300)
+            along = (arm * way).sum(axis=-1) / length**2
+            off = np.abs(arm[..., 0] * way[:, 1] - arm[..., 1] * way[:, 0]) / length**2
+            result += ((off < CROWDED / 2) & (along > CROWDED) & (along < 1 - CROWDED)).sum(axis=0)
     return result
 
 

@@ -80,6 +80,10 @@ class Abscissa:
         result: Array = self.scale(self.values)
         return result
 
+    def onward(self, values: Array) -> Array:
+        """Return values of all poses from left to right, where the poses run to the left."""
+        return values[::-1] if self.rises and self.values[-1] < self.values[0] else values
+
     @property
     def is_angle(self) -> bool:
         """Whether it is in degrees."""
@@ -130,7 +134,7 @@ def abscissa_of(result: Result, against: str | None = None) -> Abscissa:
 def arcs_of(result: Result, axis: Abscissa) -> list[StatusArc]:
     """Return the arcs without a plain answer, from their refined ends where the result has them.
 
-    Elsewhere an arc reaches half way to the neighbouring poses.
+    Elsewhere an arc reaches to a stop, or half way to the neighbouring poses.
     """
     if axis.kind == "path":
         return []
@@ -147,9 +151,10 @@ def arcs_of(result: Result, axis: Abscissa) -> list[StatusArc]:
         if axis.rises:
             arcs += _failed(result, axis)
             known.update(LOST)
+    stops = [place for kind, place in events_of(result, axis) if kind == "stop"]
     for word in ("unassembled", "singular", "jammed", "ambiguous", "stopped"):
         if word not in known:
-            arcs += runs(result.status, axis.values, word)
+            arcs += runs(result.status, axis.values, word, stops if word == "stopped" else ())
     return arcs
 
 
@@ -174,14 +179,19 @@ def _led(values: Any, axis: Abscissa) -> Any:
     return every[axis.lead if len(every) > 1 else 0]
 
 
-def runs(status: Texts, values: Array, word: str) -> Iterator[StatusArc]:
-    """Yield the arcs of a status, half way to the neighbours."""
+def runs(
+    status: Texts, values: Array, word: str, known: Sequence[float] = ()
+) -> Iterator[StatusArc]:
+    """Yield the arcs of a status, to ``known`` places or half way to the neighbours."""
     order = np.argsort(values, kind="stable")
     x, there = values[order], np.asarray(status)[order] == word
+
+    def border(k: int) -> float:
+        low, high = x[max(k - 1, 0)], x[min(k, len(x) - 1)]
+        return float(next((at for at in known if low <= at <= high), (low + high) / 2))
+
     for first, after in stretches(there):
-        low = (x[first - 1] + x[first]) / 2 if first else x[first]
-        high = (x[after - 1] + x[after]) / 2 if after < len(x) else x[after - 1]
-        yield StatusArc(word, float(low), float(high))
+        yield StatusArc(word, border(first), border(after))
 
 
 def subtitle_of(result: Result, *more: str) -> str:

@@ -16,6 +16,7 @@ from mechdae.draw import style
 from mechdae.draw.graphs.abscissa import (
     BEYOND,
     Abscissa,
+    StatusArc,
     abscissa_of,
     arcs_of,
     beyond_key,
@@ -29,7 +30,15 @@ from mechdae.draw.graphs.coupler import draw_polar
 from mechdae.draw.graphs.frame import Entry, Panels, Places
 from mechdae.draw.graphs.poles import Clip, clip_of, cuts, joined, with_gaps
 from mechdae.draw.graphs.scale import Scale, number, scale_of
-from mechdae.draw.graphs.series import Array, Line, default_lines, lines_of, with_rates
+from mechdae.draw.graphs.series import (
+    SMALL,
+    Array,
+    Line,
+    default_lines,
+    lines_of,
+    noise_of,
+    with_rates,
+)
 from mechdae.draw.smooth import few_named, in_panel, smooth
 from mechdae.draw.translated import translated
 from mechdae.errors import InputError
@@ -119,7 +128,7 @@ def draw_all(
     if several:
         lined = ({"color": style.color_of(k), "linewidth": 1.5} for k in range(len(names)))
         key = [*map(Entry, names, repeat(None), lined), *key]
-    frame = CurvePanels(ax, groups, axes, results, names, key)
+    frame = CurvePanels(ax, groups, axes, results, names, key, arcs)
     draw_axis(frame, whole, arcs, events)
     for panel, group, clip in zip(frame.panels, groups, clips, strict=True):
         frame.draw(panel, group, clip, extremes)
@@ -128,10 +137,19 @@ def draw_all(
 
 
 def _lines(result: Result, of: Sequence[str] | None) -> list[Line]:
-    if of is None:
-        return default_lines(result)
-    return [line for path in of for series in with_rates(result, path)
-            for line in lines_of(result, series)]  # fmt: skip
+    """Return the series drawn; those of a unit that are all rounding noise are zero."""
+    lines = default_lines(result) if of is None else []
+    if of is not None:
+        paths = [series for path in of for series in with_rates(result, path)]
+        lines = [line for path in paths for line in lines_of(result, path)]
+    sizes: dict[str, float] = {}
+    for line in lines:
+        size = np.abs(line.values[np.isfinite(line.values)]).max(initial=0.0)
+        sizes[line.unit] = max(float(size), sizes.get(line.unit, 0.0))
+    noisy = [unit for unit, size in sizes.items() if size <= noise_of(result, unit)]
+    return [
+        replace(line, values=0.0 * line.values) if line.unit in noisy else line for line in lines
+    ]
 
 
 def _along(finest: Result, result: Result, against: str | None) -> Abscissa:
@@ -199,10 +217,11 @@ def _clip(axes: Sequence[Abscissa], group: Sequence[Line]) -> Clip | None:
     if not rises or all(line.quantity in LOGARITHMIC for line in group):
         return None
     values = [line.values for line in group]
+    most = [float(np.abs(row[np.isfinite(row)]).max(initial=0.0)) for row in values]
     each = []
-    for line in group:
-        axis = axes[line.variant]
-        each.append(clip_of(axis.values, line.values, _cuts(axis, line)))
+    for line, size in zip(group, most, strict=True):
+        axis, noise = axes[line.variant], size <= SMALL * max(most)
+        each.append(None if noise else clip_of(axis.values, line.values, _cuts(axis, line)))
     return joined(each, values)
 
 
@@ -217,8 +236,9 @@ class CurvePanels(Panels):
     def __init__(
         self, ax: Axes | None, groups: Sequence[list[Line]], axes: Sequence[Abscissa],
         results: Sequence[Any], names: Sequence[str], key: Sequence[Entry],
+        arcs: Sequence[StatusArc] = (),
     ) -> None:  # fmt: skip
-        self.axes, self.results, self.names = axes, results, names
+        self.axes, self.results, self.names, self.arcs = axes, results, names, arcs
         self.several: bool = len(results) > 1
         ends = [self._end(line, group) for group in groups for line in group]
         about = subtitle_of(results[0], *([] if self.several else filter(None, names)))
@@ -245,7 +265,7 @@ class CurvePanels(Panels):
             scale = Scale("" if unit.name == "1" else unit.name, unit.factor)
         for line, (color, dash) in zip(group, looks, strict=True):
             self._curve(panel, line, scale, color, dash)
-        finite = [scale(line.values)[np.isfinite(line.values)] for line in group]
+        finite = [scale(line.values[np.isfinite(line.values)]) for line in group]
         everything = np.concatenate([*finite, np.zeros(0)])
         if logarithmic and (everything > 0).any():
             _decades(panel, everything[everything > 0])
@@ -264,7 +284,8 @@ class CurvePanels(Panels):
                 places.keep(self.axes[line.variant].shown, scale(line.values))
             for line, (color, _) in zip(group, looks, strict=True):
                 self._mark(places, line, scale, color)
-        ends = [(scale(line.values), self._end(line, group)) for line in group]
+        shown = [self.axes[line.variant].onward(scale(line.values)) for line in group]
+        ends = [(row, self._end(line, group)) for row, line in zip(shown, group, strict=True)]
         self.ends(panel, [(*end, color) for end, (color, _) in zip(ends, looks, strict=True)])
 
     def _curve(self, panel: Axes, line: Line, scale: Scale, color: str, dash: Any) -> None:
@@ -274,6 +295,7 @@ class CurvePanels(Panels):
         look: Json = {"linestyle": (dash or "-") if lined else "", "linewidth": 1.4}
         dots = len(result.status) <= FEW or not lined
         look |= {"marker": "o" if dots else "", "markersize": 3.2, "color": color}
+        look |= {"clip_on": lined}
         variant = f"-{self.names[line.variant]}" if self.several else ""
         gid = f"curve-{line.path}-{line.name}{variant}"
         self.line(panel, gid, *track, markevery=along.dots if lined else None, **look)
@@ -283,9 +305,12 @@ class CurvePanels(Panels):
         panel, axis = places.panel, self.axes[line.variant]
         first, last = axis.ends
         low, high = panel.get_ylim()
-        for word, at, value in _extremes(self.results[line.variant], line):
+        result = self.results[line.variant]
+        for word, at, value in _extremes(result, line):
+            value *= abs(value) > noise_of(result, line.unit)
             place, height = float(axis.scale(at)), float(scale(value))
-            if not (first <= at <= last and low <= height <= high):
+            away = any(arc.start < at < arc.end for arc in self.arcs if arc.word == "stopped")
+            if away or not (first <= at <= last and low <= height <= high):
                 continue
             marker, gid = "v" if word == "max" else "^", f"extreme-{word}-{line.path}"
             self.mark(panel, (place, height), marker, 6.5, color, gid)

@@ -120,6 +120,7 @@ class Panels:
         self.figure: Figure = figure
         self.box: tuple[float, float, float, float] = (x0, y0, width - right, high)
         self.points = Affine2D().scale(1 / 72) + figure.dpi_scale_trans
+        self.uprights: list[tuple[Axes, float]] = []
         self.panels: list[Axes] = self._panels(ax, count)
         self._write(entries, [] if result is None else lines, subtitle, start, room)
 
@@ -174,6 +175,7 @@ class Panels:
         self, panel: Axes, x: float, dash: object, gid: str, color: str = style.INK
     ) -> None:
         """Draw an upright line through a panel."""
+        self.uprights.append((panel, x))
         look: Json = {"color": color, "linewidth": style.LINE * self.k, "linestyle": dash}
         panel.axvline(x, zorder=1.6, clip_on=False, gid=gid, **look)
 
@@ -348,7 +350,7 @@ STEP = 2.5
 
 
 class Places:
-    """What texts in one panel keep off: curves and the texts so far [pt].
+    """What texts in one panel keep off: upright lines, curves and the texts so far [pt].
 
     The limits of the panel are to be final.
     """
@@ -360,6 +362,9 @@ class Places:
         self.size: Floats = frame.size_of(panel)
         self.lines: Array = np.zeros((0, 5))
         self.boxes: list[tuple[float, float, float, float, float]] = []
+        for beside, x in frame.uprights:
+            if beside is panel:
+                self.keep([x, x], panel.get_ylim())
 
     def at(self, x: object, y: object) -> Array:
         """Return places in points from the corner of the panel."""

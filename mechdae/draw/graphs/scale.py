@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable
 from typing import Any
 
@@ -30,11 +31,16 @@ class Scale:
 
     def named(self, text: str) -> str:
         """Return the label of an axis, with the unit."""
-        return f"{text} [{self.unit}]".strip() if self.unit else text
+        return f"{text} [{raised(self.unit)}]".strip() if self.unit else text
 
     def text(self, value: float, digits: int = 4) -> str:
         """Return a value with its unit, as it is shown."""
-        return f"{number(float(self(value)), digits)} {self.unit}".rstrip()
+        return f"{number(float(self(value)), digits)} {raised(self.unit)}".rstrip()
+
+
+def raised(unit: str) -> str:
+    """Return a unit as it is written: ``m/s2`` is m/s²."""
+    return re.sub("(?<=[a-z])[23]$", lambda power: "²³"["23".index(power[0])], unit)
 
 
 def scale_of(unit: str, values: Iterable[object] = (), units: Units = SI) -> Scale:

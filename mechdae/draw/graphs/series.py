@@ -323,6 +323,24 @@ def _known_already(line: Line, others: Sequence[Line]) -> bool:
     )
 
 
+def noise_of(result: Result, unit: str) -> float:
+    """Return what is rounding noise beside a turn or the size of the mechanism, in a unit.
+
+    Rates are compared with those of the drivers: 0 where these have none.
+    """
+    size, _, per = unit.partition("/")
+    if size not in ("rad", "m"):
+        return 0.0
+    order = {"": 0, "s": 1, "s2": 2}.get(per, 3)
+    scale = {"rad": 1.0, "m": float(result.mechanism.scale)}
+    pace = 0.0
+    for name, driver in result.drivers.items() if order else ():
+        speed = getattr(driver, "velocity", None)
+        over = scale[result.unit("drivers", name, "position")]
+        pace = max(pace, float(np.nanmax(np.abs(speed))) / over) if speed is not None else pace
+    return scale[size] * pace**order * 10.0 ** (2 * order - 13)
+
+
 def _moves(values: Floats | None) -> bool:
     if values is None:
         return False
