@@ -17,7 +17,7 @@ from mechdae.describe.joints.joint import Joint
 from mechdae.describe.mechanism import GROUND, Mechanism
 from mechdae.errors import InputError, UnavailableError
 from mechdae.records import dataclass
-from mechdae.results.status import UNREACHED
+from mechdae.results.status import UNREACHED, stretches
 from mechdae.types import Json
 
 if TYPE_CHECKING:
@@ -140,9 +140,7 @@ class DrawnScene:
     def assembled(self) -> list[int]:
         """Return the poses that are assembled, and not beyond a stop."""
         there = ~np.isin(self.status, UNREACHED)
-        for body, origins in self.origins.items():
-            there &= np.isfinite(self.angles[body]) & np.isfinite(origins).all(axis=-1)
-        return np.flatnonzero(there).tolist()
+        return np.flatnonzero(np.all([there, *self._there.values()], axis=0)).tolist()
 
     def closes(self, run: Sequence[int]) -> bool:
         """Return whether a run of poses ends where it begins.
@@ -356,12 +354,8 @@ def _angle_from_points(
 
 def longest_run(poses: list[int]) -> list[int]:
     """Return the longest run of consecutive poses, the first of equally long ones."""
-    runs: list[list[int]] = [[]]
-    for pose in poses:
-        if runs[-1] and pose != runs[-1][-1] + 1:
-            runs.append([])
-        runs[-1].append(pose)
-    return max(runs, key=len)
+    runs = stretches(np.isin(np.arange(max(poses, default=-1) + 1), poses))
+    return list(range(*max(runs, key=lambda ends: ends[1] - ends[0], default=(0, 0))))
 
 
 def named_pose(n: int, pose: int) -> int:
@@ -381,11 +375,10 @@ def choose_pose(scene: DrawnScene, kind: str, pose: int | None = None) -> int:
     """Return the index of the pose to draw.
 
     Without a wish: the first assembled pose of a few, or of a list of assembly modes; of a
-    longer sweep one with the driver at `BOOK` degrees, in which the fewest joints lie on links
-    that they do not belong to, and links that share a pin are as far from one line as they can
-    be. Where there is none the middle assembled pose, or the nearest
-    to it in which neither two links nor two joints lie on each other; near the middle also one in
-    which no two links are in line as in a dead centre.
+    longer sweep one with the driver at `BOOK` degrees, in which the fewest pins lie on links that
+    are not theirs, and links that share a pin are as far from one line as they can be. Where there
+    is none the middle assembled pose, or the nearest to it in which neither two links nor two
+    joints lie on each other; near the middle also one in which no two links are in line.
 
     Raises
     ------
@@ -477,20 +470,19 @@ def _crowded(scene: DrawnScene) -> NDArray[np.bool_]:
 
 def _behind(scene: DrawnScene) -> NDArray[np.intp]:
     """Return on how many links that are not theirs pins lie in each pose, (n,)."""
-    hinges = [
-        j for j in scene.mechanism.joints.values() if j.hinge and j.second_body in scene.origins
-    ]
+    joints, known = scene.mechanism.joints.values(), set(scene.origins)
+    hinges = [joint for joint in joints if joint.hinge and joint.second_body in known]
     result = np.zeros(len(scene.status), dtype=np.intp)
     pins = np.array([scene.track(joint.second) for joint in hinges])
-    for body in set(scene.mechanism.bodies) & set(scene.origins) if hinges else ():
-        beside = pins[[body not in joint.bodies for joint in hinges]]
+    for body in set(scene.mechanism.bodies) & known if hinges else ():
+        foreign = pins[[body not in joint.bodies for joint in hinges]]
         tracks = [scene.track(f"{body}.{point}") for point in scene.mechanism.body(body).points]
         for a, b in itertools.combinations(tracks, 2):
-            way, arm = b - a, beside - a
-            length = np.maximum(np.hypot(*way.T), 1e-300)
-            along = (arm * way).sum(axis=-1) / length**2
-            off = np.abs(arm[..., 0] * way[:, 1] - arm[..., 1] * way[:, 0]) / length**2
-            result += ((off < CROWDED / 2) & (along > CROWDED) & (along < 1 - CROWDED)).sum(axis=0)
+            way, arm = b - a, foreign - a
+            square = np.maximum((way**2).sum(axis=1), 1e-300)
+            along = (arm * way).sum(axis=-1) / square
+            off = np.abs(arm[..., 0] * way[:, 1] - arm[..., 1] * way[:, 0]) / square
+            result += ((off < CROWDED / 2) & (np.abs(along - 0.5) < 0.5 - CROWDED)).sum(axis=0)
     return result
 
 
