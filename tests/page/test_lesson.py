@@ -417,14 +417,19 @@ def test_the_sentence_follows_the_numbers(opened):
         ({"a": 0.07}, "> p + q = 180 mm: no link turns fully", 2),
         ({"a": 0.04, "d": 0.03, "c": 0.115}, "the frame: both links on it turn fully", 0),
         ({"a": 0.04, "d": 0.1, "c": 0.06}, "s + l = p + q = 160 mm: change point", 0),
-        ({"a": 0.11, "b": 0.03, "c": 0.1, "d": 0.12}, "coupler coupler: it turns fully", 2),
+        (
+            {"a": 0.11, "b": 0.03, "c": 0.1, "d": 0.12},
+            "the shortest link is the coupler: it turns fully",
+            2,
+        ),
+        ({"a": 0.04, "b": 0.08, "c": 0.08, "d": 0.04}, "crank.angle goes from 0° to 360°", 1),
     ]
     for values, wanted, ends in cases:
         assert page.evaluate(f"mechdae.set({json.dumps(values)})"), values
         assert wanted in page.locator("#sentence").inner_text()
         limits = [end for end in page.evaluate("mechdae.limits()") if end is not None]
         assert len(limits) == ends or "change point" in wanted
-        if ends:
+        if ends == 2:
             said = page.locator("#sentence").inner_text()
             assert "opens at joint" in said
             ends = re.search(r"from (\S+)° to (\S+)°", said)
@@ -432,6 +437,7 @@ def test_the_sentence_follows_the_numbers(opened):
             assert np.radians([float(text) for text in ends.groups()]) == pytest.approx(
                 limits, abs=1e-4
             )
+    page.evaluate("mechdae.set({a: 0.11, b: 0.03, c: 0.1, d: 0.12})")
     widths = page.locator(".strip-bar").evaluate_all(
         "(all) => all.map((own) => [...own.children].reduce((sum, part) =>"
         " sum + parseFloat(part.style.width), 0))"
@@ -450,6 +456,10 @@ def test_centres_and_transmission_angles_are_those_of_python(opened):
     page.get_by_label("Transmission angle").check()
     angle = np.degrees(result.joints["C"].transmission_angle[0])
     assert number(page.locator(".angle-name").text_content()[4:]) == pytest.approx(angle, rel=1e-2)
+    page.evaluate("mechdae.set({'crank.angle': 0.7})")  # where its other side is beyond the edge
+    sheet, name = (page.locator(own).bounding_box() for own in ("#diagram", ".angle-name"))
+    assert name["x"] + name["width"] < sheet["x"] + sheet["width"]
+    page.evaluate("mechdae.set({'crank.angle': 1.2})")
     page.get_by_label("Instant centres").check()
     names = page.locator(".centre-name").all_text_contents()
     assert {"P₀₁", "P₁₂", "P₂₃", "P₀₃"} <= set(names)

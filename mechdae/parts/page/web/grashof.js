@@ -41,11 +41,12 @@ export function turning(app) {
     said.push(sentence(key, quantity(r + e, "m", 5), quantity(rod, "m", 5), bars[0].name));
   }
   const { way, ends } = session.motion, name = words(way.name);
+  const value = (s) => quantity(Math.abs(s) < EQUAL * (way.turns ? 1 : session.data.start.scale) ? 0 : s, way.unit, 5);
   const open = ends.filter((end) => end && end.kind === "limit"), [low, high] = session.range.map((s, k) => (ends[k] ? ends[k].s : s));
   if (open.length) {
     const same = open.length > 1 && open[0].group === open[1].group && open[0].joint === open[1].joint;
-    const where = same ? [sentence("opens_both", open[0].group, open[0].joint)] : open.map(({ group, joint, s }) => sentence("opens_there", quantity(s, way.unit, 5), group, joint));
-    said.push(sentence("driver_between", name, quantity(low, way.unit, 5), quantity(high, way.unit, 5)), ...where);
+    const where = same ? [sentence("opens_both", open[0].group, open[0].joint)] : open.map(({ group, joint, s }) => sentence("opens_there", value(s), group, joint));
+    said.push(sentence("driver_between", name, value(low), value(high)), ...where);
   } else if (way.turns && !bars && high - low > 2 * Math.PI * (1 - EQUAL)) said.push(sentence("driver_turns", name));
   return said.join("; ");
 }

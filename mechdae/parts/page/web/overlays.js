@@ -4,6 +4,8 @@ import { quantity } from "./units.js";
 
 /** A centre is drawn so far beside the picture [units]; radius of angles. */
 const BESIDE = 400, ARC = 24, LEG = 44, MANY = 6;
+/** Where the name of a centre may begin, the first with so much room to the letters; how far names of angles keep from the edge. */
+const BEGINS = [[7, -6], [7, 15], [-24, -6], [-24, 15]], ROOM = 16, INSIDE = [40, 12];
 
 /** Instant centres of pairs of bodies: names and place; none where they turn alike. */
 export function centresOf(session, pose, numbers) {
@@ -54,11 +56,12 @@ export class Overlays {
   }
 
   centre(name, [x, y]) {
-    const { size } = this.app.diagram;
+    const { size, elements } = this.app.diagram, letters = (elements || []).flatMap(({ spot }) => (spot ? [spot] : []));
     if (!(x > -BESIDE && y > -BESIDE && x < size[0] + BESIDE && y < size[1] + BESIDE)) return;
     element("path", { d: `M${x - 4} ${y - 4}l8 8m0 -8l-8 8`, class: "centre" }, this.layer);
     element("circle", { cx: x, cy: y, r: 2.4, class: "centre" }, this.layer);
-    element("text", { x: x + 7, y: y - 6, class: "centre-name" }, this.layer).textContent = `P${[...name].map((digit) => String.fromCharCode(0x2080 + Number(digit))).join("")}`;
+    const [right, down] = BEGINS.find(([u, v]) => letters.every(([a, b]) => Math.hypot(a - x - u - 8, b - y - v + 4) > ROOM)) || BEGINS[0];
+    element("text", { x: x + right, y: y + down, class: "centre-name" }, this.layer).textContent = `P${[...name].map((digit) => String.fromCharCode(0x2080 + Number(digit))).join("")}`;
   }
 
   angle({ joint, lines, angle }, places) {
@@ -68,10 +71,12 @@ export class Overlays {
     // of the two angles between the lines the acute one
     const apart = Math.cos(ways[1] - ways[0]) < 0 ? ways[1] + Math.PI : ways[1];
     const turn = Math.atan2(Math.sin(apart - ways[0]), Math.cos(apart - ways[0]));
+    const middle = (r) => [x, y].map((v, k) => v + r * [Math.cos, Math.sin][k](ways[0] + turn / 2)), far = ARC + 22;
+    const side = middle(far).every((v, k) => v > INSIDE[k] && v < diagram.size[k] - INSIDE[k]) ? 1 : -1; // of two angles across the one that is in the picture
     const spot = (way, r) => `${(x + r * Math.cos(way)).toFixed(2)} ${(y + r * Math.sin(way)).toFixed(2)}`;
     element("path", { d: `M${spot(ways[0], -LEG)}L${spot(ways[0], LEG)}M${spot(ways[0] + turn, -LEG)}L${spot(ways[0] + turn, LEG)}`, class: "leg" }, this.layer);
-    element("path", { d: `M${spot(ways[0], ARC)}A${ARC} ${ARC} 0 0 ${turn > 0 ? 1 : 0} ${spot(ways[0] + turn, ARC)}`, class: "angle" }, this.layer);
-    const [tx, ty] = spot(ways[0] + turn / 2, ARC + 22).split(" ");
+    element("path", { d: `M${spot(ways[0], side * ARC)}A${ARC} ${ARC} 0 0 ${turn > 0 ? 1 : 0} ${spot(ways[0] + turn, side * ARC)}`, class: "angle" }, this.layer);
+    const [tx, ty] = middle(side * far);
     element("text", { x: tx, y: ty, class: "angle-name" }, this.layer).textContent = `μ = ${quantity(angle, "rad", 3)}`;
   }
 }
