@@ -1,6 +1,7 @@
 /** Fields of what is selected: names, lengths, angles, masses; without a selection parameters, drivers and loads. */
 import { bodyOf } from "./mechanism.js";
 import { find, made, numberIn } from "../made.js";
+import { Refused } from "../read_toml.js";
 import { sentence, words } from "../words.js";
 import { digits, displayed } from "../units.js";
 
@@ -80,7 +81,7 @@ export class Properties {
     const { editor } = this, { sketch } = editor, value = sketch.toml.get(place.path), unit = place.suffix.slice(1) || si;
     this.row(label, this.field(`${label} ${unit}`.trim(), String(value), (text) => {
       const own = numberIn(text), written = Number.isFinite(own) ? String(own) : JSON.stringify(text.trim());
-      editor.edit(() => sketch.toml.set(place.path, written), { strict: true });
+      editor.edit(() => { sketch.toml.set(place.path, written); sketch.mechanism.amount(place, (other) => { if (other.includes(".")) return sketch.value(other) ?? 1; throw new Refused("no_number", 0, other); }); }, { strict: true });
     }), unit);
   }
 

@@ -1,5 +1,6 @@
 /** A drawing: the text of a problem file, the mechanism it describes, the pose of its sketch; each gesture is one entry of undo. */
 import { drawnPose, mobility } from "./closing.js";
+import { drive } from "./driven.js";
 import { Place } from "./rows.js";
 import { bodyOf, Mechanism, pointOf } from "./mechanism.js";
 import { numeral } from "./numbers.js";
@@ -84,6 +85,7 @@ export class Sketch {
     this.toml = toml;
     try {
       const frames = act() || new Map();
+      this.forget(mechanism);
       for (const [name, own] of frames) near.set(name, own);
       this.load(this.toml.text, near);
       if (strict && was.shut && !this.pose.shut) throw new Refused("does_not_close", 0, this.pose.open);
@@ -176,8 +178,11 @@ export class Sketch {
 
   inMillimetres(value) { return numeral(1000 * this.rounded(value)); }
 
+  /** An angle in degrees or a length in millimetres. */
+  written(value, angle) { return angle ? inDegrees(value) : this.inMillimetres(value); }
+
   /** Write the angle or slide of a coordinate's owner into the sketch. */
-  sketched(owner, value, angle) { this.toml.set(["sketch", `${owner}${angle ? "_deg" : "_mm"}`], angle ? inDegrees(value) : this.inMillimetres(value)); }
+  sketched(owner, value, angle) { this.toml.set(["sketch", `${owner}${angle ? "_deg" : "_mm"}`], this.written(value, angle)); }
 
   point(body, name, [x, y], lengths = `${body}_${name}`) {
     const text = body !== "ground" && Math.hypot(x, y) < this.step / 2 ? "[0, 0]" : `[${this.parameter(`${lengths}_x`, x)}, ${this.parameter(`${lengths}_y`, y)}]`;
@@ -281,19 +286,28 @@ export class Sketch {
     }
   }
 
+  /** Refuse two nodes of one link. */
+  unlinked(a, b) { if (a.refs.some((own) => b.refs.some((other) => bodyOf(own) === bodyOf(other)))) throw new Refused("own_point"); }
+
+  /** How far two nodes of different links are from each other. */
+  apart(a, b) {
+    this.unlinked(a, b);
+    const long = Math.hypot(b.x - a.x, b.y - a.y);
+    if (!(long > this.step)) throw new Refused("zero_length");
+    return long;
+  }
+
   /** A bar of constant length between two nodes; again, and it is gone. */
   bar(a, b) {
     const known = this.mechanism.joints.find(({ kind, first, second }) => kind === "distance" && [a, b].every((node) => node.refs.includes(first) || node.refs.includes(second)));
     if (known) { this.removeJoint(known.name); return; }
-    const long = Math.hypot(b.x - a.x, b.y - a.y), name = this.free("bar");
-    if (!(long > this.step)) throw new Refused("zero_length");
+    const long = this.apart(a, b), name = this.free("bar");
     this.join(name, "distance", a.id, b.id, `, length = ${this.parameter(`${name}_length`, long)}`);
   }
 
   /** A cylinder between two nodes, which drives. */
   cylinder(a, b) {
-    const long = Math.hypot(b.x - a.x, b.y - a.y), angle = Math.atan2(b.y - a.y, b.x - a.x), tube = this.free("cylinder"), rod = tube.replace("cylinder", "rod");
-    if (!(long > this.step)) throw new Refused("zero_length");
+    const long = this.apart(a, b), angle = Math.atan2(b.y - a.y, b.x - a.x), tube = this.free("cylinder"), rod = tube.replace("cylinder", "rod");
     this.body(tube, `${a.name} = [0, 0]`);
     this.body(rod, `${b.name} = [0, 0]`);
     this.join(a.name, "revolute", a.id, `${tube}.${a.name}`);
@@ -387,7 +401,7 @@ export class Sketch {
   }
 
   spring(a, b) {
-    const long = Math.hypot(b.x - a.x, b.y - a.y);
+    const long = this.apart(a, b);
     this.loaded("spring", `{ kind = "spring", between = ["${a.id}", "${b.id}"], stiffness = 1000, free_length_mm = ${this.inMillimetres(long)} }`);
   }
 
@@ -397,7 +411,7 @@ export class Sketch {
     let k = 1;
     while ((this.toml.data.loads || {})[`${word}${k}`]) k += 1;
     this.toml.set(["loads", `${word}${k}`], text);
-    this.tasks(this.mechanism.drivers.map(({ name }) => name));
+    drive(this, this.mechanism.drivers.map(({ name }) => name));
   }
 
   // -- drivers
@@ -405,33 +419,7 @@ export class Sketch {
   /** Drive a coordinate, or no longer. */
   lead(coordinate, value = this.value(coordinate)) {
     const led = this.mechanism.drivers.map(({ name }) => name), next = led.includes(coordinate) ? led.filter((own) => own !== coordinate) : [...led, coordinate];
-    this.tasks(next, new Map([[coordinate, value]]));
-  }
-
-  /** The tasks of the drawing: what moves over all that assembles, its modes, its forces; where the same drives, those of the file stay. */
-  tasks(led, values = new Map()) {
-    const { toml, mechanism: { drivers } } = this, same = led.length === drivers.length && drivers.every(({ name }) => led.includes(name));
-    const rates = new Map(drivers.map(({ name, path }) => [name, Object.entries(toml.get(path)).filter(([key]) => /^(speed|acceleration)/.test(key)).map(([key, own]) => `, ${key} = ${JSON.stringify(own)}`).join("")]));
-    if (!same) for (const name of ["window", "modes", "forces"]) if (toml.get(["tasks", name])) toml.drop(["tasks", name]);
-    if (!led.length) return;
-    const angle = (name) => !/\.(slide|x|y)$/.test(name), value = (name) => values.get(name) ?? this.value(name);
-    const number = (name, own) => (angle(name) ? inDegrees(own) : this.inMillimetres(own)), unit = (name) => (angle(name) ? "_deg" : "_mm");
-    const loaded = Object.keys(toml.data.loads || {}).length > 0 || this.mechanism.bodies.some(({ mass }) => mass);
-    const put = (task, kind, drivers) => {
-      toml.set(["tasks", task, "kind"], quoted(kind));
-      toml.set(["tasks", task, ...(drivers.length > 1 ? ["drivers"] : ["driver"])], drivers.length > 1 ? `[\n${drivers.map((own) => `  { ${own} },\n`).join("")}]` : `{ ${drivers[0]} }`);
-      if (kind !== "modes") toml.set(["tasks", task, "poses"], "361");
-    };
-    const named = (name, rest) => `coordinate = "${name}", ${rest}${rates.get(name) || ""}`;
-    const far = (name) => value(name) + (angle(name) ? 30 * DEGREE : 0.1 * Math.abs(value(name)));
-    const swept = led.length > 1 ? led.map((name) => named(name, `from${unit(name)} = ${number(name, value(name))}, to${unit(name)} = ${number(name, far(name))}`)) : [named(led[0], 'range = "assembled"')];
-    if (!same) put("window", "sweep", swept);
-    if (!same) put("modes", "modes", led.map((name) => `coordinate = "${name}", at${unit(name)} = [${number(name, value(name))}]`));
-    if (loaded && !Object.values(toml.data.tasks || {}).some(({ kind }) => kind === "reactions")) put("forces", "reactions", swept);
-    for (const name of led) {
-      const owner = name.replace(/\.(angle|slide)$/, "");
-      if (/\.(angle|slide)$/.test(name) && !this.numbers.table(["sketch"]).has(owner)) this.sketched(owner, value(name), angle(name));
-    }
+    drive(this, next, new Map([[coordinate, value]]));
   }
 
   // -- moving
@@ -566,26 +554,33 @@ export class Sketch {
   removeJoint(name) {
     const text = JSON.stringify(this.toml.get(["joints", name]));
     this.toml.drop(["joints", name]);
-    this.forget(name);
     this.dropUnused(text);
   }
 
-  /** Sketch, drivers and loads of what is gone. */
-  forget(name) {
-    for (const [key, { path }] of this.numbers.table(["sketch"])) if (key.split(".")[0] === name) this.toml.drop(path);
-    const { drivers } = this.mechanism, left = drivers.filter((own) => own.name.split(".")[0] !== name);
-    if (left.length < drivers.length) this.tasks(left.map((own) => own.name).filter((own) => !this.gone || !this.gone.has(own.split(".")[0])));
+  /** What names something that is gone: places in the sketch, drivers, loads, tasks, expected values. @param {any} before the mechanism that was */
+  forget({ bodies, joints, places, drivers }) {
+    const { toml, numbers } = this, { data } = toml, plain = (name) => name.replace(/\W/g, "\\$&"), known = new Set(["bodies", "joints"].flatMap((key) => Object.keys(data[key] || {})));
+    const gone = [...bodies, ...joints].map(({ name }) => name).filter((name) => !known.has(name)), points = [...places].filter(([, { path }]) => toml.get(path) === undefined).map(([reference]) => reference);
+    if (!gone.length && !points.length) return;
+    const names = gone.map(plain).join("|") || "$^", pattern = new RegExp(`(?<![\\w.])(?:${names})\\.|"(?:body|frame|carrier)":"(?:${names})"|(?:bodies|joints)/(?:${names})/|(?<![\\w.])(?:${points.map(plain).join("|") || "$^"})(?!\\w)`);
+    const left = drivers.map(({ name }) => name).filter((name) => !pattern.test(name));
+    if (left.length < drivers.length) drive(this, left);
+    for (const [key, { path }] of numbers.table(["sketch"])) if (gone.includes(key.split(".")[0])) toml.drop(path);
+    for (const key of Object.keys(data).filter((own) => !["ground", "bodies", "joints", "parameters", "sizes", "sketch"].includes(own))) {
+      const table = toml.get([key]), entries = table && typeof table === "object" ? Object.keys(table).reverse() : [];
+      for (const own of entries) {
+        const path = [key, Array.isArray(table) ? Number(own) : own], entry = toml.get(path);
+        if (pattern.test(JSON.stringify(entry)) || (key === "expected" && !toml.get(["tasks", entry.task]))) if (key === "loads") this.removeLoad(own); else toml.drop(path);
+      }
+    }
   }
 
   removeBody(name) {
     const { mechanism, toml } = this;
     if (!toml.get(["bodies", name])) return;
     const gone = mechanism.joints.filter(({ first, second, carrier }) => [bodyOf(first), bodyOf(second), carrier].includes(name)), text = JSON.stringify(toml.get(["bodies", name]));
-    this.gone = new Set([name, ...gone.map((own) => own.name)]);
-    for (const load of mechanism.loads) if (load.points.some((own) => bodyOf(own) === name) || load.own.body === name) this.removeLoad(load.name);
     for (const joint of gone) if (toml.get(["joints", joint.name])) this.removeJoint(joint.name);
     toml.drop(["bodies", name]);
-    this.forget(name);
     this.dropUnused(text);
     // blocks, wheels and rods that hung on it alone
     for (const { first, second } of gone) for (const reference of [first, second]) this.dropLone(reference);
@@ -609,7 +604,6 @@ export class Sketch {
       const body = bodyOf(reference), points = this.mechanism.pointsOf(body);
       if (body !== "ground" && points.size <= 2) { this.removeBody(body); continue; }
       for (const { name, first, second } of this.mechanism.joints) if ([first, second].includes(reference) && this.toml.get(["joints", name])) this.removeJoint(name);
-      for (const load of this.mechanism.loads) if (load.points.includes(reference) && this.toml.get(["loads", load.name])) this.removeLoad(load.name);
       if (this.toml.get(this.mechanism.places.get(reference).path)) this.dropPoint(reference);
     }
   }
@@ -618,7 +612,7 @@ export class Sketch {
   merge(node, into) {
     const joint = node.fixed ? [node, into] : [into, node];
     if (node.fixed && into.fixed) throw new Refused("both_fixed");
-    if (node.refs.some((own) => into.refs.some((other) => bodyOf(own) === bodyOf(other)))) throw new Refused("own_point");
+    this.unlinked(node, into);
     this.join(into.name, "revolute", joint[0].id, joint[1].id);
   }
 
