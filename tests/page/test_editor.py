@@ -436,11 +436,13 @@ def test_mirrored_halves_share_dimensions_and_the_points_on_the_line(drawing, fi
     places = page.evaluate("mechdae.pose().points")
     mirrored = {(round(x, 5), round(y, 5)) for y, x in places.values()}
     assert {(round(x, 5), round(y, 5)) for x, y in places.values()} == mirrored
-    loaded(page, files())
-    draw(page, drawn.RACK)
-    page.locator("[data-tool=mirror]").click()
-    page.mouse.click(*at(page, 0, 40))
-    assert "not with: rack1" in said(page)
+    for steps, line, twin in ((drawn.RACK, (0, 40), (-15, 20)), (drawn.GEARED, (-40, 0), (-70, 20)),
+                              (drawn.RACK, (-40, -60, 60, 40), (40, -5))):  # fmt: skip
+        loaded(page, files())
+        drawn.out(page, 1.8)
+        draw(page, [*steps, ("mirror", [line]), ("driver", [twin])])
+        assert page.evaluate("mechdae.mobility()") == {"count": 2, "rank": 2, "without": []}
+        drawn.as_python(page, tmp_path / "wheels.toml")
 
 
 WELDED_FILE = """

@@ -7,9 +7,10 @@ import { numeral } from "./numbers.js";
 import { Refused } from "../read_toml.js";
 import { TomlText } from "./toml_text.js";
 
-const DEGREE = Math.PI / 180, LINKED = ["revolute", "weld"], LOCKED = "locked";
-const quoted = (value) => JSON.stringify(value);
-const inDegrees = (angle) => numeral(Math.round((100 * angle) / DEGREE) / 100);
+export const DEGREE = Math.PI / 180;
+const LINKED = ["revolute", "weld"], LOCKED = "locked";
+export const quoted = (value) => JSON.stringify(value);
+export const inDegrees = (angle) => numeral(Math.round((100 * angle) / DEGREE) / 100);
 /** An empty file. */
 export const blank = (title) => `schema = 1\ntitle = ${quoted(title)}\n`;
 
@@ -361,43 +362,6 @@ export class Sketch {
     for (const key of Object.keys(this.toml.get(path))) if (!["points", "number"].includes(key)) this.toml.set(["bodies", name, key], JSON.stringify(this.toml.get([...path, key])));
     this.toml.set(["sketch", `${name}_deg`], inDegrees(angle));
     return new Map([[name, [x + 0.1 * this.seen, y - 0.1 * this.seen, angle]]]);
-  }
-
-  /** All links again, mirrored in a line, which shares its points: dimensions are those of the first half. */
-  mirror([x0, y0], angle) {
-    const { mechanism, toml, numbers } = this, turned = 2 * angle, [c, s] = [Math.cos(turned), Math.sin(turned)];
-    const across = ([x, y]) => [x0 + c * (x - x0) + s * (y - y0), y0 + s * (x - x0) - c * (y - y0)];
-    const shared = (node) => Math.hypot(...across([node.x, node.y]).map((v, k) => v - [node.x, node.y][k])) < 4 * this.step;
-    const minus = (value) => (typeof value === "string" ? quoted(`-(${value})`) : numeral(-value)), text = (value) => (typeof value === "string" ? quoted(value) : String(value));
-    const letters = new Map(this.nodes.map((node) => [node, shared(node) ? node.name : this.letter()])), frames = new Map(), twins = new Map([["ground", "ground"]]);
-    for (const { name, points } of mechanism.bodies) twins.set(name, [...points.keys()].every((own) => shared(this.nodeOf.get(`${name}.${own}`))) ? name : this.free(`${name}_`));
-    const twin = (reference) => { const body = twins.get(bodyOf(reference)), node = this.nodeOf.get(reference); return body === bodyOf(reference) && shared(node) ? reference : `${body}.${letters.get(node)}`; };
-    for (const node of this.nodes) if (node.fixed && !shared(node)) this.grounded(across([node.x, node.y]), letters.get(node));
-    for (const { name } of mechanism.bodies) {
-      const other = twins.get(name), path = ["bodies", name], [x, y, own] = this.frame(name);
-      if (other === name) continue;
-      const { points, center } = Object.fromEntries(numbers.table(path)), entries = Object.entries(toml.get(points.path));
-      const pair = ([u, v]) => `[${text(u)}, ${minus(v)}]`;
-      toml.set(["bodies", other, "number"], this.nextNumber);
-      toml.set(["bodies", other, points.path[2]], `{ ${entries.map(([key, place]) => { const [point, suffix] = numbers.split(key); return `${letters.get(this.nodeOf.get(`${name}.${point}`))}${suffix} = ${pair(place)}`; }).join(", ")} }`);
-      for (const [key, value] of Object.entries(toml.get(path))) if (!["number", points.path[2]].includes(key)) toml.set(["bodies", other, key], center && key === center.path[2] ? pair(value) : JSON.stringify(value));
-      frames.set(other, [...across([x, y]), turned - own]);
-      toml.set(["sketch", `${other}_deg`], inDegrees(turned - own));
-    }
-    for (const { name, kind, first, second, drawn, places } of mechanism.joints) {
-      const [a, b] = [first, second].map(twin), [from, to] = [first, second].map((own) => (bodyOf(own) === "ground" ? turned : 0)), node = this.nodeOf.get(first);
-      if ([first, second].every((own) => twins.get(bodyOf(own)) === bodyOf(own))) continue;
-      if (!drawn || !["revolute", "weld", "prismatic", "pin-in-slot", "distance"].includes(kind)) throw new Refused("no_mirror", 0, name);
-      if (node.refs.includes(second) && shared(node) && !node.fixed && kind === "revolute") continue;
-      const change = { axis: from, turn: from - to }, keys = [...places].filter(([key]) => !["kind", "between"].includes(key));
-      const more = keys.map(([key, { path, suffix }]) => { const value = toml.get(path), last = path[path.length - 1]; return key in change ? (change[key] ? `${key}_deg = ${inDegrees(change[key] - numbers.read(path, suffix))}` : `${last} = ${minus(value)}`) : `${last} = ${JSON.stringify(value)}`; });
-      this.join(bodyOf(a) === "ground" || !letters.has(node) ? pointOf(a) : letters.get(node), kind, a, b, more.map((own) => `, ${own}`).join(""));
-    }
-    for (const node of this.nodes) { // pins between both halves
-      const others = shared(node) && !node.fixed ? node.refs.map(twin).filter((own) => !node.refs.includes(own)) : [];
-      for (const own of others) this.join(node.name, "revolute", node.id, own);
-    }
-    return frames;
   }
 
   spring(a, b) {

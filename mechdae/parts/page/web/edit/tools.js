@@ -1,5 +1,6 @@
 /** The tools of the editor: what a press, a move and a release of the pointer do. Ends are `{node}`, `{link, place}` or `{place}`. */
 import { bodyOf } from "./mechanism.js";
+import { reflected } from "./mirror.js";
 import { Refused } from "../read_toml.js";
 
 /** The reference of an end, a point that is made where there is none: on a link, else (`ground`) on the ground. */
@@ -117,7 +118,7 @@ export const TOOLS = {
   },
   ...Object.fromEntries(["bar", "cylinder", "gear", "belt", "rack", "spring"].map((kind) => [kind, between((sketch, a, b) => (kind === "belt" ? sketch.gear(a, b, kind) : sketch[kind](a, b)))])),
   force: pulled((editor, node, way, short) => editor.sketch.force(node, short ? [0, -100] : way.map((value) => Math.round((100 * value) / Math.hypot(...way))))),
-  mirror: pulled((editor, at, [x, y], short) => editor.sketch.mirror(at.id ? [at.x, at.y] : at, short ? Math.PI / 2 : rightAngles(Math.atan2(y, x))), true),
+  mirror: pulled((editor, at, [x, y], short) => reflected(editor.sketch, at.id ? [at.x, at.y] : at, short ? Math.PI / 2 : rightAngles(Math.atan2(y, x))), true),
   weld: { down(editor, { node }) { if (node) editor.edit(() => editor.sketch.weld(node)); else editor.refuse("no_point"); } },
   driver: {
     down(editor, { node, link, near }) {
