@@ -419,6 +419,7 @@ def templates() -> Json:
         "tube": _paint(replace(bar, kind="area", fill=style.PAPER, width=1.4 * style.LINE)),
         "spoke": _paint(replace(bar, color=style.WHEEL, width=style.THIN)),
         "wheel": _paint(*made(symbols.pitch_circle, zero, 1.0)),
+        "roller": _paint(replace(disc, width=style.LINE, radius=1.0)),
         "rim": _paint(*made(symbols.rim, zero, 1.0)),
         "spring": span(symbols.spring, zero, LENGTH * x),
         "rack": [pitch, teeth | {"corners": tooth, "period": symbols.TOOTH}],

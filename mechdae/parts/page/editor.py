@@ -21,7 +21,8 @@ if TYPE_CHECKING:
 LARGEST = 200_000
 """Characters of a file that the editor's page opens."""
 TEMPLATES = ("four-bar-crank-rocker", "slider-crank-offset", "watt-six-bar", "geared-five-bar",
-             "toggle-press", "quick-return-pin", "rack-and-pinion", "excavator")  # fmt: skip
+             "toggle-press", "quick-return-pin", "rack-and-pinion", "cam-roller-follower",
+             "excavator")  # fmt: skip
 """Problems to start a drawing with."""
 EXPECTED = re.compile(r"^\[\[expected\]\]\n(?:[^\[\n].*\n)*\n?", re.M)
 

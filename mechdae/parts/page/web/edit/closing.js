@@ -39,7 +39,7 @@ export function drawnPose(mechanism, near = null) {
   known.forEach(({ owner }, k) => { if (led[k].unit === 1) angles.set(owner, wanted[k]); });
   let best = null;
   for (let k = 0; k < (near ? 1 : ATTEMPTS); k += 1) {
-    const guess = near || walked(mechanism, rows, angles, k);
+    const guess = rows.followed(near || walked(mechanism, rows, angles, k));
     let found = joined(all, guess, shift);
     if (!found.shut && known.length) { const free = joined(rows.joints, found.q); if (free.shut) found = { ...free, moved: true }; }
     if (!best || found.worst < best.worst) best = found;

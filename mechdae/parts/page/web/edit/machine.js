@@ -69,7 +69,7 @@ export class Machine {
   /** How fast the scaled Jacobian may change around a pose: what eta is multiplied by. */
   change(place, inverse) { return weighed(inverse, this.all.map((row) => place.lipschitz(row))); }
 
-  noise(place) { return this.all.map((row) => 8 * UNIT_ROUNDING * (1 + Math.abs(row.constant) + (row.one ? place.reach(row) : 8))); }
+  noise(place) { return this.all.map((row) => 8 * UNIT_ROUNDING * (1 + Math.abs(row.constant) + (row.one ? place.reach(row) : 8)) + (row.follows ? (row.follows.loop.miss + 64 * UNIT_ROUNDING * row.follows.loop.most[row.follows.axis]) / row.follows.size : 0)); }
 
   values(place, v, a) {
     const line = new Float64Array(this.n);
@@ -130,6 +130,13 @@ export class Machine {
     return [after, [Math.max(test, (change * size) / 0.2)], [found.sign], [ds === 0 ? 0 : gap / (radius * (1 + 1e-6) + 1e-300)]];
   }
 
+  /** Whether the drawn pose has rates, from which its path goes on. */
+  get starts() {
+    const state = new Float64Array(3 * this.n + 1);
+    state.set(this.q);
+    return this.advance(state, 0, 0, this.u, this.u.map(() => 1))[0].every(Number.isFinite);
+  }
+
   /** The certificate of a step: one solution stays within a radius of the tangent (as in `kernels/graphs/steps.py`). */
   tube(x, v, ds, u) {
     const { place, inverse, change } = this.begun(x), none = { test: Infinity, radius: 0 };
@@ -159,13 +166,12 @@ export class Machine {
       const row = this.all[i];
       if (!row.one) continue;
       const base = place.bend(row, w);
-      for (const k of new Set([row.one.k, row.two.k, row.length ? -1 : row.k])) {
-        for (let j = 3 * k; k >= 0 && j < 3 * k + 3; j += 1) {
-          const one = [...w];
-          one[j] += 1;
-          const unit = w.map((_, i2) => (i2 === j ? 1 : 0));
-          Gy[n + i + m * j] = (place.bend(row, one) - base - place.bend(row, unit)) / 2;
-        }
+      const of = new Set([row.one.k, row.two.k, row.length ? -1 : row.k].filter((k) => k >= 0).flatMap((k) => [3 * k, 3 * k + 1, 3 * k + 2]));
+      for (const j of row.follows ? of.add(row.follows.at) : of) {
+        const one = [...w];
+        one[j] += 1;
+        const unit = w.map((_, i2) => (i2 === j ? 1 : 0));
+        Gy[n + i + m * j] = (place.bend(row, one) - base - place.bend(row, unit)) / 2;
       }
     }
     G[m - 1] = w.reduce((sum, value) => sum + value * value, -1);

@@ -1,12 +1,15 @@
 /** The mechanism that a problem file describes, as far as the editor draws it: plain numbers in SI. */
 import { calculated } from "../arithmetic.js";
+import { FULL_TURN } from "../find/complex.js";
+import { loopOf } from "./loops.js";
 import { FileNumbers } from "./numbers.js";
 import { Refused } from "../read_toml.js";
 
 const PLAIN_NAME = /^[A-Za-z_]\w*$/;
 /** Numbers of joints, by kind. */
 const KEYS = { revolute: [], weld: ["turn"], prismatic: ["axis", "turn"], "pin-in-slot": ["axis"], distance: ["length"],
-  gear: ["phase"], belt: ["phase", "radius"], "friction-wheel": ["phase", "radius", "second_radius"], rack: ["axis", "phase", "radius"] };
+  gear: ["phase"], belt: ["phase", "radius"], "friction-wheel": ["phase", "radius", "second_radius"], rack: ["axis", "phase", "radius"], curve: ["roller_radius"] };
+const ALONG = 180;
 const LOADS = ["force", "torque", "resistance", "spring"];
 export const bodyOf = (reference) => reference.split(".")[0];
 export const pointOf = (reference) => reference.split(".")[1];
@@ -21,6 +24,8 @@ export class Mechanism {
     this.numbers = new FileNumbers(toml, units);
     /** What the file has and the editor does not draw, by name. */
     this.rest = [...entriesOf(data.sizes).map(([name]) => `sizes.${name}`), ...["repeat", "vectors", "loops", "nodes"].flatMap((key) => entriesOf(data[key]).map(([name]) => `${key}.${name}`))];
+    /** Whether bodies or joints are among that. */
+    this.partial = entriesOf(data.repeat).some(([, own]) => own.bodies || own.joints);
     this.places = new Map();
     this.ground = this.points(["ground"], "ground");
     this.bodies = entriesOf(data.bodies).map(([name, own]) => this.body(name, own));
@@ -67,11 +72,27 @@ export class Mechanism {
     if (!joint.drawn) return joint;
     for (const key of KEYS[kind]) joint[key] = table.has(key) ? this.numbers.at(`joints.${name}.${key}`, table.get(key)) : 0;
     if (kind === "distance") joint.drawn = joint.length > 0;
+    if (kind === "curve") this.curved(joint, own);
     if (kind === "gear") joint.ratio = Array.isArray(own.teeth) ? this.teeth(name, own) : this.ratio(name, table);
     if (kind === "belt") joint.ratio = (own.crossed ? -1 : 1) * this.ratio(name, table);
     if (kind === "friction-wheel") joint.ratio = ((own.contact === "internal" ? 1 : -1) * joint.second_radius) / joint.radius;
     if (joint.ratio === null || (kind === "rack" && !joint.radius)) joint.drawn = false;
     return joint;
+  }
+
+  /** Places of a curve in its body, and the loop on which a roller's centre runs; a curve that is no smooth loop is drawn, not solved. */
+  curved(joint, { x, y, closed, side }) {
+    const { places, roller_radius: roller } = joint, known = new Map(), way = places.get("range");
+    const named = (name) => { if (!known.has(name)) known.set(name, this.numbers.named(name)); return known.get(name); };
+    joint.drawn = false;
+    try {
+      const [from, to] = way ? [0, 1].map((k) => this.numbers.read([...way.path, k], way.suffix)) : [0, FULL_TURN];
+      const at = (angle) => [x, y].map((text) => calculated(String(text), (name) => (name === "s" ? from + ((to - from) * angle) / FULL_TURN : named(name))));
+      joint.curve = Array.from({ length: ALONG + 1 }, (_, k) => at((FULL_TURN * k) / ALONG));
+      const loop = closed ? loopOf(at) : null;
+      joint.loop = loop && loop.beside(side === "left" ? -roller : roller);
+      joint.drawn = Boolean(joint.loop);
+    } catch (error) { if (!(error instanceof Refused)) throw error; } // a curve that cannot be calculated everywhere
   }
 
   ratio(name, table) { return table.has("ratio") ? this.numbers.at(`joints.${name}.ratio`, table.get("ratio")) : null; }

@@ -62,8 +62,12 @@ export class Properties {
 
   joint(joint) {
     const numbers = Object.keys(OF_JOINTS).filter((key) => joint.drawn && joint[key] !== undefined && !(key === "turn" && joint.kind === "prismatic") && !(key === "ratio" && !joint.places.has("ratio")) && !(key === "radius" && !joint.places.has("radius")));
+    if (joint.kind === "curve") this.law(joint);
     for (const key of numbers) this.kept(`${joint.name}: ${words(`of_${key}`)}`, ["joints", joint.name], key, joint.kind === "rack" && key === "phase" ? "m" : OF_JOINTS[key], joint[key], true);
   }
+
+  /** The law of a curve. */
+  law({ name, places }) { for (const key of ["x", "y", "roller_radius"]) if (places.has(key)) this.raw(`${name}: ${key === "roller_radius" ? words("of_radius") : key}`, places.get(key), "m", "s"); }
 
   load(load) {
     const { editor } = this, { sketch } = editor;
@@ -77,11 +81,11 @@ export class Properties {
   }
 
   /** A value as the file has it: a number or an expression; in SI where it has no suffix. */
-  raw(label, place, si = "") {
+  raw(label, place, si = "", free = "") {
     const { editor } = this, { sketch } = editor, value = sketch.toml.get(place.path), unit = place.suffix.slice(1) || si;
     this.row(label, this.field(`${label} ${unit}`.trim(), String(value), (text) => {
       const own = numberIn(text), written = Number.isFinite(own) ? String(own) : JSON.stringify(text.trim());
-      editor.edit(() => { sketch.toml.set(place.path, written); sketch.mechanism.amount(place, (other) => { if (other.includes(".")) return sketch.value(other) ?? 1; throw new Refused("no_number", 0, other); }); }, { strict: true });
+      editor.edit(() => { sketch.toml.set(place.path, written); sketch.mechanism.amount(place, (other) => { if (other === free || other.includes(".")) return sketch.value(other) ?? 1; throw new Refused("no_number", 0, other); }); }, { strict: true });
     }), unit);
   }
 
@@ -119,7 +123,7 @@ export class Properties {
       this.heading(sentence("driver_named", driver.name));
       if (driver.path) this.number(words("speed_of"), driver.speed, /\.(slide|x|y)$/.test(driver.name) ? "m/s" : "rad/s", (value) => editor.edit(() => this.sped(driver, value)));
     }
-    for (const joint of mechanism.joints) if (joint.drawn && (joint.kind === "distance" || joint.kind === "rack" || joint.ratio)) {
+    for (const joint of mechanism.joints) if (joint.drawn && (["distance", "rack", "curve"].includes(joint.kind) || joint.ratio)) {
       this.joint(joint);
       this.acts(["delete", () => editor.edit(() => sketch.removeJoint(joint.name))]);
     }

@@ -5,9 +5,14 @@
  * along: e . (P2 - P1) + sum c_k angle_k + constant, e turning with a body; distance: (d . d / l - l) / 2 with d = P2 - P1.
  */
 
-const FULL = 2 * Math.PI;
+import { FULL_TURN } from "../find/complex.js";
+
+const NEAREST = 128;
 /** A point that is fixed in a body (-1: the ground). */
 const pointOn = (k, [x, y]) => ({ k, x, y, r: k < 0 ? 0 : Math.hypot(x, y), moves: k < 0 ? 0 : 1 });
+
+/** Most of the second derivative of a curve that a row follows. */
+const bendOf = ({ follows }) => (follows ? follows.loop.bends[follows.axis] / follows.size : 0);
 
 /** Rows that a coordinate or an equation is made of. */
 export class Rows {
@@ -15,7 +20,9 @@ export class Rows {
   constructor(mechanism, size) {
     Object.assign(this, { mechanism, size });
     this.index = new Map(mechanism.bodies.map(({ name }, k) => [name, k]));
-    this.n = 3 * mechanism.bodies.length;
+    /** Where on their curves followers are: an angle each, behind the places of bodies. */
+    this.loops = mechanism.joints.filter(({ drawn, loop }) => drawn && loop).map((joint, k) => ({ joint, at: 3 * mechanism.bodies.length + k }));
+    this.n = 3 * mechanism.bodies.length + this.loops.length;
     this.joints = mechanism.joints.filter(({ drawn }) => drawn).flatMap((joint) => this.rowsOf(joint).map((row) => ({ ...row, name: joint.name })));
   }
 
@@ -43,12 +50,27 @@ export class Rows {
     if (kind === "prismatic") return [this.along(first, second, a, axis + Math.PI / 2), turned()];
     if (kind === "pin-in-slot") return [this.along(first, second, a, axis + Math.PI / 2)];
     if (kind === "distance") return [{ ...together(0), length: joint.length / this.size }];
+    if (kind === "curve") {
+      const { at } = this.loops.find((own) => own.joint === joint);
+      return [0, 1].map((axis) => this.along(first, second, a, (axis * Math.PI) / 2, { follows: { at, axis, loop: joint.loop, size: this.size } }));
+    }
     if (kind === "rack") {
       const radius = joint.radius / this.size;
       const turns = this.linear([[a, -radius], [carrier, radius]], 0).linear;
       return [this.along(first, second, b, axis, { linear: turns, constant: -joint.phase / this.size })];
     }
     return [meshed(joint.ratio, joint.phase)];
+  }
+
+  /** Unknowns with the places of followers nearest to where bodies are. @param {number[]} q of the bodies at least */
+  followed(q) {
+    const place = new Place(q), all = q.slice(0, this.n);
+    for (const { joint: { first, second, loop }, at } of this.loops) {
+      const row = this.along(first, second, first.split(".")[0], 0), [dx, dy, , , , , c, s] = place.parts(row), [u, v] = [c * dx + s * dy, c * dy - s * dx].map((one) => one * this.size);
+      const far = (angle) => { const [x, y] = loop.at(angle); return Math.hypot(x - u, y - v); };
+      all[at] = Array.from({ length: NEAREST }, (_, k) => (FULL_TURN * k) / NEAREST).reduce((best, angle) => (far(angle) < far(best) ? angle : best));
+    }
+    return all;
   }
 
   /** The row of a coordinate, whose `unit` is what a number of it is divided by; null for one that is not known. */
@@ -97,11 +119,14 @@ export class Place {
   value(row) {
     let sum = row.constant;
     for (const [k, c] of row.linear) sum += c * this.q[3 * k + 2];
-    if (row.wraps) return sum - FULL * Math.round(sum / FULL);
+    if (row.wraps) return sum - FULL_TURN * Math.round(sum / FULL_TURN);
     if (!row.one) return sum;
     const [dx, dy, , , , , c, s] = this.parts(row);
-    return row.length ? ((dx * dx + dy * dy) / row.length - row.length) / 2 : sum + c * dx + s * dy;
+    return row.length ? ((dx * dx + dy * dy) / row.length - row.length) / 2 : sum + c * dx + s * dy - this.curve(row, 0);
   }
+
+  /** Where a row's follower is on its curve, or a derivative of that. */
+  curve({ follows }, order) { return follows ? follows.loop.value(this.q[follows.at], follows.axis, order) / follows.size : 0; }
 
   /** Add the gradient of a row to a list of n numbers. */
   gradient(row, line) {
@@ -111,6 +136,7 @@ export class Place {
     let [, , , , , , c, s] = parts;
     if (row.length) [c, s] = [dx / row.length, dy / row.length];
     else if (row.k >= 0) line[3 * row.k + 2] += c * dy - s * dx;
+    if (row.follows) line[row.follows.at] -= this.curve(row, 1);
     const add = ({ k }, u, v, sign) => {
       if (k < 0) return;
       line[3 * k] += sign * c;
@@ -131,7 +157,7 @@ export class Place {
     const [px, py] = [p2 - p1, q2 - q1], [ax, ay] = [w1 * w1 * u1 - w2 * w2 * u2, w1 * w1 * v1 - w2 * w2 * v2];
     if (row.length) return (px * px + py * py + dx * ax + dy * ay) / row.length;
     const w = row.k < 0 ? 0 : v[3 * row.k + 2];
-    return c * ax + s * ay + 2 * w * (c * py - s * px) - w * w * (c * dx + s * dy);
+    return c * ax + s * ay + 2 * w * (c * py - s * px) - w * w * (c * dx + s * dy) - (row.follows ? this.curve(row, 2) * v[row.follows.at] ** 2 : 0);
   }
 
   /** Longest difference of a row's points where unknowns differ by 1 in all. */
@@ -145,7 +171,7 @@ export class Place {
     if (!row.one) return 0;
     const { one, two } = row, reach = row.length || row.k >= 0 ? this.reach(row) : 0;
     if (row.length) return (2 * (one.moves + two.moves) + one.r ** 2 + two.r ** 2 + reach * (one.r + two.r)) / row.length;
-    return one.r + two.r + (row.k < 0 ? 0 : reach + Math.SQRT2 * (one.moves + two.moves + one.r + two.r));
+    return bendOf(row) + one.r + two.r + (row.k < 0 ? 0 : reach + Math.SQRT2 * (one.moves + two.moves + one.r + two.r));
   }
 
   /**
@@ -171,7 +197,9 @@ export class Place {
     const arms = one.r * w1 * w1 + two.r * w2 * w2;
     if (row.length) return (speed * speed + reach * arms) / row.length;
     if (row.k >= 0) line[3 * row.k + 2] += (reach * w + speed) * ds;
-    return arms + 2 * w * speed + w * w * reach;
+    const rate = row.follows ? Math.abs(v[row.follows.at]) : 0;
+    if (rate) line[row.follows.at] += bendOf(row) * rate * ds;
+    return arms + 2 * w * speed + w * w * reach + bendOf(row) * rate * rate;
   }
 }
 

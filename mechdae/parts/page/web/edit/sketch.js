@@ -90,6 +90,7 @@ export class Sketch {
       for (const [name, own] of frames) near.set(name, own);
       this.load(this.toml.text, near);
       if (strict && was.shut && !this.pose.shut) throw new Refused("does_not_close", 0, this.pose.open);
+      if (strict && this.links.some(({ name }) => !(this.lengths(name)[0].value > 0))) throw new Refused("zero_length");
       if (this.pose.shut) this.note();
     } catch (error) {
       this.load(was.text, near);
@@ -125,7 +126,7 @@ export class Sketch {
       const pin = mechanism.joints.find((own) => own.kind === "revolute" && bodyOf(own.first) === "ground" && bodyOf(own.second) === name && sketch.has(own.name));
       if (points.size > 1 || meshed.has(name) || driven.has(name) || sketch.has(name)) wanted.push([pin && !sketch.has(name) ? pin.name : name, this.frame(name)[2], true]);
     }
-    for (const { name, owner } of mechanism.drivers) if (/\.slide$/.test(name)) wanted.push([owner, this.value(name), false]);
+    for (const { name, kind, drawn } of mechanism.joints) if (drawn && ["prismatic", "pin-in-slot"].includes(kind) && (sketch.has(name) || driven.has(name))) wanted.push([name, this.value(`${name}.slide`), false]);
     for (const [name, value, angle] of wanted) {
       const known = [...sketch].find(([key]) => key.replace(/\.(angle|slide)$/, "") === name), near = angle ? 0.05 * DEGREE : this.step;
       if (known && Math.abs(mechanism.sketch.get(name) - value) < near) continue;
@@ -238,7 +239,7 @@ export class Sketch {
     const [one, ...others] = held;
     if (one) this.toml.drop(["joints", one.name]);
     for (const { name } of others) this.toml.set(["joints", name, "between", 0], quoted(one.second));
-    this.dropPoint(node.id);
+    this.dropLone(node.id);
   }
 
   /** Let a node slide on the ground along a direction; without one it does not slide any more. */
@@ -327,6 +328,7 @@ export class Sketch {
     if (!carrier) throw new Refused("no_carrier");
     const frames = new Map(), [first, second] = [a, b].map((node) => this.wheel(node, carrier, frames)), turn = (reference) => (frames.has(bodyOf(reference)) ? 0 : this.frame(bodyOf(reference))[2]), base = this.frame(carrier)[2];
     const phase = frames.size ? 0 : turn(first) - base - ratio * (turn(second) - base);
+    if (bodyOf(first) === bodyOf(second)) throw new Refused("own_point");
     this.join(this.free(kind), kind, first, second, `${carrier === "ground" ? "" : `, carrier = "${carrier}"`}, ratio = ${ratio}${phase ? `, phase_deg = ${inDegrees(phase)}` : ""}`);
     return frames;
   }
@@ -354,6 +356,20 @@ export class Sketch {
     return frames;
   }
 
+  /** A disk cam about a pivot, and a roller on a point that moves: as drawn it stands lowest. */
+  cam(a, b) {
+    const follower = b.refs.find((own) => bodyOf(own) !== "ground");
+    if (!a.fixed || b.fixed || !follower) throw new Refused("no_cam");
+    const long = this.apart(a, b), angle = Math.atan2(b.y - a.y, b.x - a.x), frames = new Map(), first = this.wheel(a, "ground", frames), body = bodyOf(first), name = this.free("cam"), roller = this.rounded(long / 6);
+    if (frames.size) { frames.set(body, [a.x, a.y, angle]); this.sketched(body, angle, true); }
+    if (b.guide) this.sketched(b.guide.name, this.value(`${b.guide.name}.slide`), false); // tells which side of the cam
+    for (const [key, value] of [["base", long - roller], ["lift", long / 4], ["roller", roller]]) this.parameter(`${name}_${key}`, value);
+    const [x, y] = ["cos", "sin"].map((turn) => quoted(`(${name}_base + ${name}_lift*(1 - cos(s))/2)*${turn}(s)`));
+    this.join(name, "curve", first, follower, `, closed = true, roller_radius = "${name}_roller", x = ${x}, y = ${y}`);
+    if (!this.mechanism.drivers.length) drive(this, [`${body}.angle`], new Map([[`${body}.angle`, angle]]));
+    return frames;
+  }
+
   /** The same link again beside itself, with its masses and without its joints. */
   copied(body) {
     const { points } = this.mechanism.byName.get(body), name = this.free("link"), [x, y, angle] = this.frame(body), path = ["bodies", body];
@@ -369,7 +385,11 @@ export class Sketch {
     this.loaded("spring", `{ kind = "spring", between = ["${a.id}", "${b.id}"], stiffness = 1000, free_length_mm = ${this.inMillimetres(long)} }`);
   }
 
-  force(node, [x, y]) { this.loaded("force", `{ kind = "force", point = "${node.id}", value = [${numeral(x)}, ${numeral(y)}] }`); }
+  force({ refs }, [x, y]) {
+    const point = refs.find((own) => bodyOf(own) !== "ground");
+    if (!point) throw new Refused("no_force");
+    this.loaded("force", `{ kind = "force", point = "${point}", value = [${numeral(x)}, ${numeral(y)}] }`);
+  }
 
   loaded(word, text) {
     let k = 1;
@@ -526,7 +546,7 @@ export class Sketch {
     const { toml, numbers } = this, { data } = toml, plain = (name) => name.replace(/\W/g, "\\$&"), known = new Set(["bodies", "joints"].flatMap((key) => Object.keys(data[key] || {})));
     const gone = [...bodies, ...joints].map(({ name }) => name).filter((name) => !known.has(name)), points = [...places].filter(([, { path }]) => toml.get(path) === undefined).map(([reference]) => reference);
     if (!gone.length && !points.length) return;
-    const names = gone.map(plain).join("|") || "$^", pattern = new RegExp(`(?<![\\w.])(?:${names})\\.|"(?:body|frame|carrier)":"(?:${names})"|(?:bodies|joints)/(?:${names})/|(?<![\\w.])(?:${points.map(plain).join("|") || "$^"})(?!\\w)`);
+    const names = gone.map(plain).join("|") || "$^", pattern = new RegExp(`(?<![\\w.])(?:${names})\\.|"(?:body|frame|carrier)":"(?:${names})"|"what":"[^"]*/(?:${names})["/.]|(?<![\\w.])(?:${points.map(plain).join("|") || "$^"})(?!\\w)`);
     const left = drivers.map(({ name }) => name).filter((name) => !pattern.test(name));
     if (left.length < drivers.length) drive(this, left);
     for (const [key, { path }] of numbers.table(["sketch"])) if (gone.includes(key.split(".")[0])) toml.drop(path);
@@ -553,7 +573,7 @@ export class Sketch {
   /** A body of one point without a pin, and a point of the ground that nothing uses any more. */
   dropLone(reference) {
     const body = bodyOf(reference), used = Object.values(this.toml.data.joints || {}).filter(({ between }) => (between || []).some((own) => (body === "ground" ? own === reference : bodyOf(own) === body)));
-    if (body === "ground") { if (!used.length && this.toml.get(this.mechanism.places.get(reference).path)) this.dropPoint(reference); return; }
+    if (body === "ground") { if (!used.length && !this.mechanism.loads.some(({ points }) => points.includes(reference)) && this.toml.get(this.mechanism.places.get(reference).path)) this.dropPoint(reference); return; }
     if (this.toml.get(["bodies", body]) && this.mechanism.pointsOf(body).size === 1 && used.filter(({ kind }) => kind === "revolute").length === 0) this.removeBody(body);
   }
 

@@ -7,7 +7,7 @@ export class Statics {
 
   /** What the session tells of forces. */
   get data() {
-    const { machine, mechanism } = this, held = ["revolute", "weld", "prismatic", "pin-in-slot", "distance"];
+    const { machine, mechanism } = this, held = ["revolute", "weld", "prismatic", "pin-in-slot", "distance", "curve"];
     const efforts = machine.drivers.map(({ name }) => name);
     return { efforts, units: Object.fromEntries(efforts.map((name, k) => [name, machine.led[k].unit === 1 ? "N m" : "N"])), lossy: [],
       joints: mechanism.joints.filter(({ kind, drawn }) => drawn && held.includes(kind)).map(({ name, second }) => ({ name, at: second })) };

@@ -45,6 +45,7 @@ export function drawnBy(sketch, symbols, scale) {
   }
   for (const joint of mechanism.joints) {
     const { name, kind, first, second, axis, drawn } = joint, turn = `${name}/axis`;
+    if (joint.curve) cam(joint);
     if (!drawn) continue;
     if (kind === "distance") line(`joint-${name}-distance`, [first, second], symbols.distance);
     if (joint.ratio && places[first] && places[second]) wheels(joint).forEach((own) => parts.push(own));
@@ -73,6 +74,15 @@ export function drawnBy(sketch, symbols, scale) {
     if (at.length > 1) parts.push({ id: `number-${name}`, at, turn: name, spot: [[0, 0, wide ? 0 : 12]], shapes: [symbols.disc, text(String(number ?? k + 1), 9)] });
   });
   return { scene: { joints }, drawing: { parts, reach, loads } };
+
+  /** A curve with what follows it; what lies within a moving one is its cam. */
+  function cam({ name, first, second, curve, loop, roller_radius: roller }) {
+    const at = [`${name}/curve`], look = symbols[driven.has(bodyOf(first)) ? "driven" : "bar"];
+    joints.push({ name, first, second, axis: 0, curve });
+    const faces = loop && bodyOf(first) !== "ground" ? [{ id: `joint-${name}-cam`, at, ...symbols.face }] : [];
+    parts.unshift(...faces, { id: `joint-${name}-curve`, at, ...look });
+    if (roller) parts.push({ id: `joint-${name}-roller`, at: [second], grow: ["m", 1], ...symbols.roller, radius: roller });
+  }
 
   /** A pitch circle on a rack, whose body is on the other side. */
   function racked({ name, first, second, axis, radius }) {
@@ -141,11 +151,12 @@ export function drawnBy(sketch, symbols, scale) {
       for (const off of ground ? [7, 0, -9] : []) { const middle = away(at(second), way + Math.PI / 2, off), long = off > 0 ? BLOCK : GUIDE; lines.push([away(middle, way, -long), away(middle, way, long)]); }
       if (!ground) lines.push([at(first), at(second)]);
     }
+    for (const { curve, second, roller_radius: roller } of mechanism.joints) if (curve && roller) { const rim = Array.from({ length: 13 }, (_, k) => away(at(second), (k * Math.PI) / 6, roller * scale)); rim.slice(1).forEach((end, k) => lines.push([rim[k], end])); }
     for (const { points } of mechanism.loads) if (points.length === 2) lines.push(points.map(at));
     for (const { id, fixed } of sketch.nodes) if (fixed) { const [x, y] = at(id), low = y - SUPPORT[1]; lines.push([[x, y], [x, low]], [[x - SUPPORT[0], low], [x + SUPPORT[0], low]]); }
     for (const { id, at: [own], turn } of parts) {
-      if (id !== "driver" || !turn.includes(">")) continue;
-      const [a, b] = turn.split(">").map(at), angle = Math.atan2(b[1] - a[1], b[0] - a[0]), arc = [0.4, 0.8, 1.2, 1.6].map((more) => away(at(own), angle + more, ARC));
+      if (id !== "driver" || turn.endsWith("/axis")) continue;
+      const [a, b] = turn.includes(">") ? turn.split(">").map(at) : [], angle = b ? Math.atan2(b[1] - a[1], b[0] - a[0]) : angles[turn], arc = [0.4, 0.8, 1.2, 1.6].map((more) => away(at(own), angle + more, ARC));
       arc.slice(1).forEach((end, k) => lines.push([arc[k], end]));
     }
     for (const [own, here] of letters) {

@@ -116,7 +116,7 @@ export const TOOLS = {
       else editor.refuse("no_point");
     },
   },
-  ...Object.fromEntries(["bar", "cylinder", "gear", "belt", "rack", "spring"].map((kind) => [kind, between((sketch, a, b) => (kind === "belt" ? sketch.gear(a, b, kind) : sketch[kind](a, b)))])),
+  ...Object.fromEntries(["bar", "cylinder", "gear", "belt", "rack", "cam", "spring"].map((kind) => [kind, between((sketch, a, b) => (kind === "belt" ? sketch.gear(a, b, kind) : sketch[kind](a, b)))])),
   force: pulled((editor, node, way, short) => editor.sketch.force(node, short ? [0, -100] : way.map((value) => Math.round((100 * value) / Math.hypot(...way))))),
   mirror: pulled((editor, at, [x, y], short) => reflected(editor.sketch, at.id ? [at.x, at.y] : at, short ? Math.PI / 2 : rightAngles(Math.atan2(y, x))), true),
   weld: { down(editor, { node }) { if (node) editor.edit(() => editor.sketch.weld(node)); else editor.refuse("no_point"); } },

@@ -1,6 +1,5 @@
 /** What is drawn, solved: the page's session over the kernels of the drawing, or why there is none. */
 import { Machine } from "./machine.js";
-import { inverted, Place } from "./rows.js";
 import { Session } from "../session.js";
 import { loadedBy, Statics } from "./statics.js";
 
@@ -9,13 +8,13 @@ export function trialOf(sketch) {
   const { mechanism, pose, freedom } = sketch, { drivers } = mechanism;
   if (!mechanism.bodies.length) return { session: null, reason: "empty" };
   if (!pose.shut) return { session: null, reason: "open" };
-  if (mechanism.joints.some(({ drawn }) => !drawn)) return { session: null, reason: "not_drawn" };
+  if (mechanism.partial || mechanism.joints.some(({ drawn }) => !drawn)) return { session: null, reason: "not_drawn" };
   if (!drivers.length) return { session: null, reason: freedom.rank < 1 ? "stiff" : "nodriver" };
   if (!pose.led) return { session: null, reason: "unknown_driver" };
   if (freedom.count !== drivers.length) return { session: null, reason: freedom.count > drivers.length ? "loose" : freedom.count > 0 ? "overdriven" : "stiff" };
   if (freedom.rank !== freedom.count) return { session: null, reason: "redundant" };
   const machine = new Machine(pose.rows, drivers, pose.q);
-  if (!inverted(machine.matrix(new Place(pose.q)))) return { session: null, reason: "singular" };
+  if (!machine.starts) return { session: null, reason: "singular" };
   const scene = { dimension: 2, bodies: mechanism.bodies.map(({ name }) => ({ name })), joints: mechanism.joints.filter(({ drawn }) => drawn).map(({ name, kind, first, second }) => ({ name, first, second, pin: kind === "revolute" || kind === "weld" })), ground: [...mechanism.ground.keys()].map((name) => `ground.${name}`), places: [...mechanism.ground.values()] };
   const { data, code } = machine.data(scene);
   data.lesson = { letters: Object.fromEntries(sketch.nodes.flatMap(({ name, refs }) => refs.map((own) => [own, name]))), numbers: Object.fromEntries(mechanism.bodies.map(({ name, number }) => [name, number])), groups: mechanism.bodies.map(({ name }) => ({ name, bodies: [name] })), transmission: [] };
