@@ -129,7 +129,9 @@ def _in_space(
 def _texts(marks: Sequence[Mark], loads: Json) -> list[Mark]:
     """Return what is written at loads: no sizes that change."""
     changing = {
-        name for name, load in loads.items() if any(row[-2:] != [1, 1] for row in load["rows"])
+        name
+        for name, load in loads.items()
+        if load["varies"] or any(row[-2:] != [1, 1] for row in load["rows"])
     }
     return [replace(mark, text=mark.name) if mark.name in changing else mark for mark in marks]
 

@@ -19,6 +19,8 @@ if TYPE_CHECKING:
     from mechdae.results import SweepResult
 
 
+VARIES = 1e-9
+"""A size that changes less than this share of it is one."""
 STATES = 60
 """Poses at which pages know how loads act."""
 
@@ -32,8 +34,9 @@ def load_states(
     ``rows``: how it is turned, share, -1 where it is turned round. Forces of the plane are turned
     by an angle [rad], those of space to a direction in their frame from ``from``. ``about``: the
     place that stays, ``across``: the direction across which it is turned round, else it is turned
-    by a half turn. ``sense``: of the arrow drawn, along the coordinate. ``along``: whether it is
-    along a coordinate. ``ends_of`` gives start and tip of an arrow in the frame it is drawn in.
+    by a half turn. Torques of space turn from ``axis`` to a direction in their frame. ``varies``:
+    whether the size does. ``sense``: of the arrow drawn, along the coordinate. ``along``: whether
+    it is along a coordinate. ``ends_of`` gives start and tip of an arrow in the frame it is in.
     """
     states: Json = {}
     picks = [known[k] for k in np.linspace(0, len(known) - 1, STATES).round().astype(int)]
@@ -46,23 +49,26 @@ def load_states(
         values = np.array([
             _acting(scene, result, load, k, ends.shape[1] if force else 1) for k in (pose, *picks)
         ])  # fmt: skip
-        if not force and values.shape[1] > 1:  # torques in space, about the axis drawn
-            values = (values @ values[0])[:, None]
+        vector = not flat and values.shape[1] > 1
         sizes = np.linalg.norm(values, axis=1)
         long = np.maximum(style.PULL[0], style.PULL[1] * sizes / peak) * (sizes > 0)
         shares = 1.0 * (sizes > 0) if turned else long / (long[0] or style.PULL[0])
-        ways = np.ones(len(values)) if force else np.where(values[:, 0] < 0, -1.0, 1.0)
-        turn = np.zeros((len(values), 1 if flat or not force else 3))
+        ways = np.ones(len(values)) if force or vector else np.where(values[:, 0] < 0, -1.0, 1.0)
+        turn = np.zeros((len(values), 3 if vector else 1))
         if force and flat:
             angles = np.arctan2(values[:, 1], values[:, 0])
             turn[:, 0] = angles - angles[0]
-        elif force:
+        elif vector:
             turn = values / np.maximum(sizes, 1e-300)[:, None]
         rows = np.column_stack([turn, shares, ways * ways[0]])[1:].round(3) + 0.0
-        same = (rows[:, -2:] == 1.0).all() and (np.ptp(turn, axis=0) == 0.0).all()
+        varies = bool(np.ptp(sizes) > VARIES * sizes.max())
+        same = (rows[:, -2:] == 1.0).all() and (np.ptp(turn, axis=0) == 0.0).all() and not varies
         if isinstance(load, Resistance) or not same:
             chord = (ends[1] - ends[0]) / max(float(np.linalg.norm(ends[1] - ends[0])), 1e-12)
             held: Json = {"rows": rows.tolist(), "sense": ways[0], "along": not force}
+            held |= {"varies": varies}
+            if vector and not force:
+                held |= {"axis": _way(turn[0])}
             held |= {"from": _way(chord)} if force else {"about": _way(ends.mean(axis=0))}
             states[load.name] = held | ({"across": _way(chord)} if turned else {})
     return states

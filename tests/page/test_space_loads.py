@@ -48,6 +48,7 @@ def test_loads_act_as_the_file_says(tmp_path):
             md.Force("pull", "arm.E", (6.0, "10*sin(A.angle)", "8*cos(A.angle)")),
             md.Force("push", "arm.E", (0.0, "5*sin(A.angle)", 0.0), frame="arm"),
             md.Torque("turn", "arm", (0.0, 0.0, "4*sin(A.angle)")),
+            md.Torque("twirl", "arm", ("3*cos(A.angle)", "3*sin(A.angle)", 1.0)),
             md.Spring("coil", between=("ground.W", "arm.E"), stiffness=100.0),
             md.Spring("twist", coordinate="A.angle", damping=0.1),
         ],
@@ -68,7 +69,7 @@ def test_loads_act_as_the_file_says(tmp_path):
         sine, cosine = np.sin(ANGLES[k]), np.cos(ANGLES[k])
         arrows = {
             name: [(kind, np.array(own)) for gid, kind, own in shapes if gid == f"load-{name}"]
-            for name in ("pull", "push", "turn")
+            for name in ("pull", "push", "turn", "twirl")
         }
         way = arrow_of(arrows["pull"])
         value = np.array([6.0, 10 * sine, 8 * cosine])
@@ -81,6 +82,14 @@ def test_loads_act_as_the_file_says(tmp_path):
         np.testing.assert_allclose(way / np.linalg.norm(way), across, atol=3e-3)
         lines = [own for kind, own in arrows["turn"] if kind == "line"]
         assert np.sign(sum(np.cross(a[:-1], a[1:])[:, 2].sum() for a in lines)) == np.sign(sine)
+        round_ = np.vstack([own for kind, own in arrows["twirl"] if kind == "line"])
+        arc = round_ - round_.mean(axis=0)
+        turned = np.cross(arc[:-1], arc[1:]).sum(axis=0)
+        wanted = np.array([3 * cosine, 3 * sine, 1.0]) / np.sqrt(10)
+        np.testing.assert_allclose(turned / np.linalg.norm(turned), wanted, atol=5e-3)
+        place = (scene.place("arm.A", k) + scene.place("arm.E", k)) / 2
+        radii = np.linalg.norm(round_ - 300.0 * place, axis=1)  # all around the body's middle
+        assert np.ptp(radii) < 0.5
         point, body, axis, size = drawing["along"]["arm/center"]
         place = scene.place(point, k) + scene.turns[body][k] @ np.array(axis) * size
         np.testing.assert_allclose(place, [-0.1 * sine, 0.1 * cosine, 0.0], atol=1e-12)
@@ -94,6 +103,33 @@ def test_loads_act_as_the_file_says(tmp_path):
     assert held["load-coil"]["span"]
     assert {"load-twist", "mass-arm", "mass-arm-tie", "label-load-gravity"} <= held.keys()
     assert any(part["id"] == "support-ground.W" for part in drawing["solids"])
+
+
+@pytest.mark.parametrize("size", [2, 3])
+def test_a_size_that_changes_is_not_written(size):
+    """Of a torque too, whose arrow stays as long as it is."""
+    place, kind = [0.0] * size, md.Revolute if size == 2 else md.SpatialRevolute
+    axis = {} if size == 2 else {"axis": [0, 0, 1]}
+    values = ("5 + 4*sin(A.angle)", 1.5)
+    arm = md.Mechanism(
+        dimension=size,
+        ground=md.Ground({"A": place}),
+        bodies=[md.Body("arm", {"A": place, "E": [0.2, *place[1:]]})],
+        joints=[kind("A", "ground.A", "arm.A", **axis)],
+        loads=[
+            md.Torque(name, "arm", value if size == 2 else (0.0, 0.0, value))
+            for name, value in zip(("changes", "stays"), values, strict=True)
+        ],
+    )
+    result = md.solve(arm, md.Sweep(driver=md.Driver("A.angle", at=ANGLES)))
+    drawing = fragments(result, np.linspace(0.0, 1.0, len(ANGLES)))[1]
+    texts = [
+        shape[5]
+        for part in drawing["parts"]
+        if part["id"].startswith("label-load")
+        for shape in part["shapes"]
+    ]
+    assert sorted(texts) == ["changes", "stays = 1.5 N m"]
 
 
 def arrow_of(shapes) -> np.ndarray:

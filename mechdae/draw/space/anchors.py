@@ -146,13 +146,17 @@ def bases(
             low, high = min(ends[0], 0.0), max(ends[1], 0.0)
             found[f"{joint.name}/low"] = through, body, local, low
             found[f"{joint.name}/high"] = through, body, local, high
+    coupled = {getattr(load, "body", None) for load in scene.mechanism.loads.values()}
     for name in scene.mechanism.bodies:
-        known, masses = scene.points(name), center_and_foot(scene, name)
-        if known and masses is not None and name in scene.turns:
-            for word, place in zip(("center", "foot"), masses, strict=True):
-                way = place - scene.local(known[0])
-                size = float(np.linalg.norm(way))
-                found[f"{name}/{word}"] = known[0], name, way / (size or 1.0), size
+        known = scene.points(name) if name in scene.turns else []
+        local = [scene.local(point) for point in known]
+        places = dict(zip(("center", "foot"), center_and_foot(scene, name) or (), strict=False))
+        if name in coupled and known:
+            places["middle"] = np.mean(local, axis=0)
+        for word, place in places.items() if known else ():
+            way = place - local[0]
+            size = float(np.linalg.norm(way))
+            found[f"{name}/{word}"] = known[0], name, way / (size or 1.0), size
     return found
 
 

@@ -150,14 +150,14 @@ class SpatialLoads(DrawnLoads):
             turned = self.scene.axis(joint, self.pose) if joint.turns else None
             if turned is not None and float(np.linalg.norm(np.cross(turned, axis))) < ALONG:
                 return Anchor((base_of(joint, self.of.moved),), turn)
-        return Anchor(tuple(self.scene.points(body)), turn)
+        return Anchor((f"{body}/middle",), turn)
 
     def _turning(
         self, load: Load, anchor: Anchor, axis: Array, size: float | None, both: bool
     ) -> None:
         """Add an arrow around an axis, two of them where the sense is not known."""
         gid, seen = f"load-{load.name}", self.seen(axis)
-        center = np.mean([self.at(self.of.base(name)) for name in anchor.points], axis=0)
+        center = self.at(self.of.base(anchor.points[0]))
         key = tuple(np.round(center[:2], 0).tolist())
         count = self._around[key] = self._around.get(key, 0) + 1
         out = (HALF + 0.4 * SHAFT) * (1.0 if seen[2] >= 0 else -1.0)

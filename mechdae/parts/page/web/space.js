@@ -23,6 +23,9 @@ function circleOf([middle, pole, rim]) {
   return Array.from({ length: CORNERS }, (_, k) => plus(plus(middle, first, Math.cos((2 * Math.PI * k) / CORNERS)), second, Math.sin((2 * Math.PI * k) / CORNERS)));
 }
 
+/** A way as a mirror across a direction shows it. */
+const mirrored = (way, across) => plus(way, across, -2 * along3(way, across));
+
 /** Twice the area between two ways on the sheet, positive to the left of the first one. */
 const turned = (a, b) => a[0] * b[1] - a[1] * b[0];
 
@@ -126,9 +129,13 @@ export class SpaceDiagram extends View {
   loaded(id, pose) {
     const load = this.acting(id, pose);
     if (!load) return (way) => way;
-    const { row, way: sign, about, across, from } = load, size = row.at(-2);
+    const { row, way: sign, about, across, from, axis } = load, size = row.at(-2);
     if (!size) return null;
-    if (across) return sign < 0 ? (way) => plus(way, across, -2 * along3(way, across)) : (way) => way;
+    if (axis) { // turned by two mirrors
+      const half = plus(axis, row), between = Math.hypot(...half) > 0.05 ? unit3(half) : across;
+      return (way) => mirrored(mirrored(way, axis), between);
+    }
+    if (across) return sign < 0 ? (way) => mirrored(way, across) : (way) => way;
     return from ? (way) => times(row.slice(0, 3), size * along3(way, from)) : (way) => plus(about, plus(way, about, -1), size * sign);
   }
 
