@@ -86,6 +86,11 @@ class ScaledSheet(Protocol):
     metre: float
     theme: style.Theme
 
+    @property
+    def ax(self) -> Any:
+        """The axes that are drawn on."""
+        ...
+
     def back(self, position: ArrayLike) -> Array:
         """Return positions [m] of positions on the sheet."""
         ...
@@ -120,6 +125,11 @@ def artist_of(sheet: ScaledSheet, shape: Primitive) -> Artist:
             made = _Circle(tuple(data[0]), shape.radius / sheet.metre, **look)
     made.zorder = shape.z  # without the call for changes: nobody listens yet
     made.set_gid(shape.gid)
+    if shape.clip is not None:
+        middle = sheet.back(shape.clip[:2])
+        circle = Circle((float(middle[0]), float(middle[1])), shape.clip[2] / sheet.metre)
+        circle.set_transform(sheet.ax.transData)
+        made.set_clip_path(circle)
     return made
 
 

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from mechdae.draw import style
+from mechdae.draw.diagram.detail import draw_details
 from mechdae.draw.diagram.diagram import (
     View,
     draw_pose,
@@ -156,7 +158,9 @@ def draw(
     )  # fmt: skip
     if not shown.in_space:
         larger = larger_for(shown.scene, shown.pose, *bounds[:2]) if ax is None else style.USUAL
-        framed = replace(framed, larger=larger)
+        framed = replace(
+            framed, larger=larger, overlay=partial(draw_details, shown.scene, result, shown.pose)
+        )
     elif three or axodes:
         from mechdae.draw.space import axodes as surfaces
         from mechdae.draw.space.spatial_drawing import SpatialView

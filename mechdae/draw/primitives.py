@@ -62,6 +62,8 @@ class Primitive:
         (n, 2); of a circle its middle, of a text where its line starts.
     z
         Rank: later above earlier.
+    clip
+        Middle and radius of the circle that it is drawn in, if only there.
     """
 
     kind: str
@@ -77,6 +79,7 @@ class Primitive:
     text: str = ""
     font: Any = None
     short: bool = False
+    clip: tuple[float, float, float] | None = None
 
 
 def path_of(kind: str, points: Array) -> str:

@@ -80,6 +80,8 @@ class Sheet:
         What labels avoid: rows (x0, y0, x1, y1, weight).
     drawn
         Primitives in the order in which they were drawn.
+    elsewhere
+        Names of labels that are written in an enlarged detail.
     """
 
     def __init__(
@@ -104,6 +106,7 @@ class Sheet:
             points = np.array([extent.width, extent.height]) * 72.0 / figure.dpi
             above = (figure.bbox.height - extent.y1) * 72.0 / figure.dpi
         self.drawn: list[Primitive] = []
+        self.elsewhere: set[str] = set()
         self.anchor: Anchor = PAPER
         share = points / style.AREA / larger
         self.k: float = float(np.clip(share.min(), style.SMALLEST, LARGEST))
@@ -228,7 +231,10 @@ class Sheet:
 
     def _add(self, kind: str, points: Array, **look: Any) -> None:
         usual = {"z": style.Z_MARK, "gid": None, "width": style.LINE}
-        primitive = Primitive(kind, points, anchor=self.anchor, **{**usual, **look})
+        self.paste(Primitive(kind, points, anchor=self.anchor, **{**usual, **look}))
+
+    def paste(self, primitive: Primitive) -> None:
+        """Draw a primitive."""
         self.drawn.append(primitive)
         if self.paper is not None:
             from mechdae.draw.artists import artist_of

@@ -175,3 +175,60 @@ def test_a_result_without_poses_is_refused():
     empty.status = np.array([])
     with pytest.raises(md.InputError, match="no pose"):
         md.plot(empty)
+
+
+SIX_BAR = """
+[ground]
+points = { A = [0, 0], D = [0.1, 0], E = [0.1, 0.2] }
+[bodies]
+crank = { points = { A = [0, 0], B = [0.04, 0] } }
+coupler = { points = { B = [0, 0], C = [0.12, 0], F = [FAR, 0] } }
+rocker = { points = { D = [0, 0], C = [0.08, 0] } }
+rod = { points = { F = [0, 0], G = [0.1, 0] } }
+arm = { points = { E = [0, 0], G = [0.09, 0] } }
+[joints]
+A = { kind = "revolute", between = ["ground.A", "crank.A"] }
+B = { kind = "revolute", between = ["crank.B", "coupler.B"] }
+C = { kind = "revolute", between = ["coupler.C", "rocker.C"] }
+D = { kind = "revolute", between = ["ground.D", "rocker.D"] }
+F = { kind = "revolute", between = ["coupler.F", "rod.F"] }
+G = { kind = "revolute", between = ["rod.G", "arm.G"] }
+E = { kind = "revolute", between = ["ground.E", "arm.E"] }
+[sketch]
+crank_deg = 40
+coupler_deg = 20
+rocker_deg = 60
+rod_deg = 60
+arm_deg = -30
+[tasks.pose]
+kind = "sweep"
+driver = { coordinate = "crank.angle", at_deg = [60] }
+"""
+
+
+@pytest.mark.parametrize("width", [None, "90mm"])
+def test_pins_nearer_than_their_symbols_have_an_enlarged_detail(tmp_path, width):
+    """C and F are 1 mm apart: 20 mm beside the diagram, with their letters there alone."""
+    file = tmp_path / "near.toml"
+    file.write_text("schema = 1\n" + SIX_BAR.replace("FAR", "0.121"))
+    axes = md.plot(md.solve(file), "diagram", width=width)
+    circles = {own.get_gid(): own for own in axes.patches if hasattr(own, "center")}
+    frame = circles["detail"]
+    apart = np.subtract(circles["detail-joint-C-pin"].center, circles["detail-joint-F-pin"].center)
+    assert np.hypot(*apart) == pytest.approx(20e-3, rel=1e-9)
+    for name in "CF":
+        away = np.subtract(circles[f"detail-joint-{name}-pin"].center, frame.center)
+        assert np.hypot(*away) < frame.radius
+        written = [own.get_gid() for own in axes.texts if own.get_text() == name]
+        assert len(written) == 1
+        assert written[0].startswith("detail-")
+    low, high = np.transpose([axes.get_xlim(), axes.get_ylim()])
+    assert (low < np.subtract(frame.center, frame.radius)).all()
+    assert (np.add(frame.center, frame.radius) < high).all()
+    bars = [own.get_xydata() for own in axes.lines if str(own.get_gid()).startswith("body-")]
+    ways = np.concatenate([np.linspace(*ends[:2], 50) for ends in bars]) - frame.center
+    assert np.hypot(*ways.T).min() > frame.radius
+    assert "20 : 1" in [own.get_text() for own in axes.texts]
+    file.write_text("schema = 1\n" + SIX_BAR.replace("FAR", "0.15"))
+    axes = md.plot(md.solve(file), "diagram", width=width)
+    assert not [gid for gid in gids(axes) if str(gid).startswith("detail")]

@@ -206,7 +206,7 @@ def draw_pose(
     if view.labels and view.steady is not None:
         view.steady.write(sheet, pose, drawn.marks)
     elif view.labels:
-        texts = drawn.texts
+        texts = [text for text in drawn.texts if text.gid not in sheet.elsewhere]
         if view.angles:
             from mechdae.draw.diagram.angles import draw_angles
 

@@ -124,7 +124,6 @@ class DrawnScene:
 
     @cached_property
     def _tracks(self) -> dict[str, Array]:
-        """The positions of points that were asked for."""
         return {}
 
     def joints(self, pose: int) -> list[Joint]:
@@ -140,7 +139,9 @@ class DrawnScene:
     def assembled(self) -> list[int]:
         """Return the poses that are assembled, and not beyond a stop."""
         there = ~np.isin(self.status, UNREACHED)
-        return np.flatnonzero(np.all([there, *self._there.values()], axis=0)).tolist()
+        for known in self._there.values():
+            there &= known
+        return np.flatnonzero(there).tolist()
 
     def closes(self, run: Sequence[int]) -> bool:
         """Return whether a run of poses ends where it begins.
@@ -396,8 +397,7 @@ def choose_pose(scene: DrawnScene, kind: str, pose: int | None = None) -> int:
     assembled = longest_run(assembled)
     middle = assembled[len(assembled) // 2]
     aligned = _aligned(scene)
-    crowded = _crowded(scene)
-    covered, stretched = (aligned[0] > FOLDED) | crowded, aligned[1] > IN_LINE
+    covered, stretched = (aligned[0] > FOLDED) | _crowded(scene), aligned[1] > IN_LINE
     shut = covered | (aligned[1] > FOLDED)
     open_ones = [k for k in in_book(scene.turn, assembled) if not shut[k]]
     if open_ones:
