@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import base64
 import math
 from typing import Any
 
@@ -16,8 +15,7 @@ from tests.shared.paths import ROOT
 
 
 def places(data: dict[str, Any], point: str) -> Any:
-    raw = base64.b64decode(data["recorded"]["points"][point])
-    return np.frombuffer(raw, "<f8").reshape(-1, data["scene"]["dimension"])
+    return np.reshape(data["recorded"]["points"][point], (-1, data["scene"]["dimension"]))
 
 
 def chord_off(way: Any, seen: float = 600.0) -> float:

@@ -5,7 +5,6 @@ A pose is told by places of points and rotations of bodies, by their names, what
 
 from __future__ import annotations
 
-import base64
 import re
 import xml.etree.ElementTree as ET
 from collections.abc import Callable, Mapping, Sequence
@@ -189,8 +188,7 @@ class First:
             assert np.abs(gap).max(initial=0.0) < 1e-6 * max(1.0, np.abs(mode["x"]).max(initial=0))
             self.labels["page"] = str(mode["label"])
         points = data["recorded"]["points"]
-        return {n: np.frombuffer(base64.b64decode(own), "<f8")[: self.mechanism.dimension]
-                for n, own in points.items()}  # fmt: skip
+        return {n: np.array(own[: self.mechanism.dimension], float) for n, own in points.items()}
 
     def _of_export(self) -> Pose:
         """Return the places of sites of a model for MuJoCo in its own pose."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import base64
 import html
 import tomllib
 from collections.abc import Mapping
@@ -302,24 +301,11 @@ def _make_live(
     limits = run.summary.get("limits") or (None, None)
     plan = setting.plan
     places = np.asarray(run.places, float)
-    entries = []
-    for entry in setting.outputs.entries:
-        if entry.kind == "hidden" or entry.name == "guide":
-            continue
-        entries.append(
-            {
-                "kind": entry.kind,
-                "part": entry.part,
-                "names": live.names_of(entry, problem.mechanism.dimension == 3),
-                "columns": list(entry.columns),
-                "unit": "rad" if entry.is_orientation else entry.unit,
-            }
-        )
     rows_of_checks = _telling(run)
     rates = [float(np.atleast_2d(rate)[0, plan.lead]) for rate in (plan.speed, plan.acceleration)]
     data |= {
         "kernels": kernels.layout,
-        "entries": entries,
+        "entries": live.entries_of(setting),
         "sliders": [
             {**_slider(problem.mechanism, name, values[name]), "key": keys.get(name, "")}
             for name in sliders
@@ -372,7 +358,7 @@ def _checks(run: Run, rows: list[int]) -> list[Json]:
     return [
         {
             "s": float(poses.s[k]),
-            "y": [_packed(np.asarray(part[k : k + 1, :])[0]) for part in poses.y[:orders]],
+            "y": [link.rounded(np.asarray(part[k : k + 1, :])[0]) for part in poses.y[:orders]],
         }
         for k in rows
     ]
@@ -413,14 +399,16 @@ def _recorded(result: Result, most: int, angles: Mapping[str, Floats]) -> Json:
     count = len(result.status)
     rows = np.unique(np.linspace(0, count - 1, min(count, most)).astype(int)).tolist()
 
-    def of(kind: str, name: str) -> dict[str, str]:
-        known = {part: parts for part, parts in getattr(result, kind).items() if name in parts}
-        return {part: _packed(np.asarray(parts[name])[rows]) for part, parts in known.items()}
+    def of(kind: str, name: str) -> dict[str, Floats]:
+        known = getattr(result, kind).items()
+        return {part: np.asarray(parts[name]) for part, parts in known if name in parts}
 
-    found = {"points": of("points", "position"), "turns": of("bodies", "orientation")}
-    return {"rows": rows, **found, "angles": {part: _packed(a[rows]) for part, a in angles.items()}}
-
-
-def _packed(values: Floats) -> str:
-    """Return float64 numbers, little-endian, row by row, in base64."""
-    return base64.b64encode(np.ascontiguousarray(values, "<f8").tobytes()).decode()
+    found = {
+        "points": of("points", "position"),
+        "turns": of("bodies", "orientation"),
+        "angles": angles,
+    }
+    return {"rows": rows} | {
+        kind: {part: plain(values[rows].ravel()) for part, values in table.items()}
+        for kind, table in found.items()
+    }

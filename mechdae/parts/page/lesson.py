@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import base64
 from collections.abc import Iterator, Sequence
 from itertools import permutations
 from typing import TYPE_CHECKING, Any, cast
@@ -21,7 +20,7 @@ from mechdae.draw.space.spatial_scene import read_spatial
 from mechdae.equations.parameters import parameters_of
 from mechdae.motion.kinematics.prepared import Setting
 from mechdae.motion.measures.transmission import dyads
-from mechdae.results import Result
+from mechdae.results import Result, plain
 from mechdae.types import Floats, Graph, Json
 
 if TYPE_CHECKING:
@@ -31,8 +30,6 @@ SAME = 1e-9
 """A number is a length where they differ by less than this share of it."""
 LINES = 3
 """Most dimension lines of one number."""
-TOP = 65535
-"""Of 16 bits, the largest whole number."""
 
 
 def transmission(setting: Setting) -> tuple[list[str], Graph]:
@@ -219,8 +216,7 @@ def bars_of(mechanism: Mechanism, lead: str) -> Json | None:
 def series_of(result: Result, rows: Sequence[int]) -> Json:
     """Return curves of a recorded motion at poses, and its events.
 
-    ``series``: kind, part, names of a quantity and its rates, unit, and for each of them least and
-    largest value with 16 bits of each pose's share between them, the largest for none.
+    ``series``: kind, part, names of a quantity and its rates, unit, values of each of them.
     """
     found: list[list[object]] = []
 
@@ -228,7 +224,7 @@ def series_of(result: Result, rows: Sequence[int]) -> Json:
         values: list[Floats] = [np.asarray(series[name], dtype=float)[rows] for name in names]
         moving = values[0][np.isfinite(values[0])] if values else np.zeros(0)
         if moving.size and np.ptp(moving) > 0:
-            found.append([kind, part, names, unit, [_packed(track) for track in values]])
+            found.append([kind, part, names, unit, plain(values)])
 
     for kind, words in (("bodies", ("angle", "angular_")), ("joints", ("slide", "slide_"))):
         for part, series in getattr(result, kind).items():
@@ -244,10 +240,3 @@ def series_of(result: Result, rows: Sequence[int]) -> Json:
         part = getattr(event, "joint", None) or getattr(event, "name", "")
         events += [] if event.at is None else [[float(np.ravel(event.at)[0]), event.kind, part]]
     return {"series": found, "events": events}
-
-
-def _packed(values: Floats) -> list[object]:
-    low, high = float(np.nanmin(values)), float(np.nanmax(values))
-    share = np.nan_to_num((values - low) / ((high - low) or 1.0) * (TOP - 1)).round()
-    whole = np.where(np.isfinite(values), share, TOP).astype("<u2")
-    return [low, high, base64.b64encode(whole.tobytes()).decode()]

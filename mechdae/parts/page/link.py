@@ -1,7 +1,7 @@
 """Joins the modules of a page, its data and its kernels to one HTML file.
 
 The modules are plain ES modules. They are put one after the other in the order of their imports,
-without ``import`` lines and the word ``export``; two top-level names that are equal are refused.
+without ``import`` lines and the word ``export``: no two of them have the same top-level name.
 With the kernels they are deflated; the page unpacks them when it is opened.
 """
 
@@ -20,16 +20,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from mechdae.results import plain
+
 if TYPE_CHECKING:
-    from mechdae.types import Json
+    from mechdae.types import Floats, Json
 
 
 WEB = Path(__file__).resolve().parent / "web"
 OPENING = '<script type="application/json" id="mechdae">'
 IMPORT = re.compile(r'^import \{([^}]*)\} from "(\.{1,2}/[\w/]+)\.js";\n', re.M)
-NAMES = re.compile(r"^(?:export )?(?:const|let|class|function) (\w+)", re.M)
-MORE = re.compile(r", (\w+) = ")
-"""Further names of one declaration."""
 LOADER = """\
 <script>"use strict";
 (() => {
@@ -53,11 +52,7 @@ FRAMES = {MAIN: "page.html", SPATIAL: "page.html", "edit": "edit.html"}
 STYLES = {MAIN: ["page.css"], SPATIAL: ["page.css"], "edit": ["page.css", "lesson.css", "edit.css"]}
 
 
-POSES = ("checks", "recorded")
-"""Data that are values at poses,"""
-NUMBERS = ("y", "points", "turns", "angles")
-"""under these keys."""
-STORED = (*POSES, "file", "entries", "kernels", "lesson")
+STORED = ("checks", "recorded", "file", "entries", "kernels", "lesson")
 """Data that are packed with the modules."""
 DRAWN, COMPARED = 22, 15
 """Binary digits of what is only drawn, decimal ones of what is compared."""
@@ -71,6 +66,8 @@ def linked(data: Json, kernels: Json | None, main: str = MAIN, drawing: Json | N
     """
     stored = {key: data[key] for key in STORED if key in data and main != "edit"}
     rest = {key: value for key, value in data.items() if key not in stored}
+    if "recorded" in stored:
+        stored["recorded"] = _drawn(stored["recorded"])
     text = json.dumps(rest, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
     paged = main in (MAIN, SPATIAL)
     inside = text.replace("<", "\\u003c")
@@ -81,8 +78,7 @@ def linked(data: Json, kernels: Json | None, main: str = MAIN, drawing: Json | N
         "LOOK": look,
         "KERNELS": kernels,
     }
-    poses = _spread({key: value for key, value in stored.items() if key in POSES})
-    known |= {"SUM": zlib.crc32(inside.encode()), "STORED": {**stored, **poses}}
+    known |= {"SUM": zlib.crc32(inside.encode()), "STORED": stored}
     constants = json.dumps(known, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
     total = f"const {{ {', '.join(known)} }} = {constants};\n"
     script = f'"use strict";\n(() => {{\n{total}{modules(main)}}})();\n'
@@ -114,28 +110,39 @@ def _words() -> dict[str, dict[str, dict[str, str]]]:
     return tomllib.loads((WEB / "words.toml").read_text(encoding="utf-8"))
 
 
-def _spread(stored: Json, key: str = "", rows: int = 1) -> Json:
-    """Return data with packed numbers as lists; what is drawn as second differences of rows.
+def rounded(values: Floats) -> list[float | None]:
+    """Return numbers with the digits that are compared, None for those that are not finite."""
+    return plain([float(f"{value:.{COMPARED}g}") for value in values])
+
+
+def _drawn(recorded: Json) -> Json:
+    """Return recorded poses as they are stored.
 
     Numbers that another name of the same table has before are ``{"like": name}``.
     """
-    if isinstance(stored, dict):
-        inner, rows = key if key in NUMBERS else "", len(stored.get("rows", ())) or rows
+    rows, found = len(recorded["rows"]), dict(recorded)
+    for kind in ("points", "turns", "angles"):
         first: dict[str, str] = {}
-        return {
-            name: {"like": first[value]}
-            if inner and first.setdefault(value, name) != name
-            else _spread(value, inner or name, rows)
-            for name, value in stored.items()
+        found[kind] = {
+            name: {"like": first[key]}
+            if first.setdefault(key := str(values), name) != name
+            else _bent(values, rows)
+            for name, values in recorded[kind].items()
         }
-    if isinstance(stored, list):
-        return [_spread(value, key) for value in stored]
-    if key not in NUMBERS:
-        return stored
-    values = np.frombuffer(base64.b64decode(stored), dtype="<f8")
+    if "series" in recorded:
+        found["series"] = [
+            [*head, [_bent(values, rows) for values in tracks]]
+            for *head, tracks in recorded["series"]
+        ]
+    return found
+
+
+def _bent(numbers: list[float | None], rows: int) -> Json | list[float | None]:
+    """Return numbers as second differences of rows, those that are not finite as they are."""
+    values = np.array(numbers, float)
     size = float(np.abs(values).max(initial=0.0))
-    if key == "y" or not np.isfinite(size) or size == 0:
-        return [float(f"{v:.{COMPARED}g}") if np.isfinite(v) else None for v in values.tolist()]
+    if not np.isfinite(size) or size == 0:
+        return rounded(values)
     step = 2.0 ** (np.floor(np.log2(size)) - DRAWN)
     whole = np.rint(values / step).astype(int).reshape(rows, -1)
     still = np.zeros((2, whole.shape[1]), int)
@@ -159,6 +166,11 @@ def unpacked(page: str) -> str:
 @cache
 def modules(main: str = MAIN) -> str:
     """Return all modules as one script, each after those that it imports."""
+    return _short(re.sub(r"^export ", "", "".join(sources(main).values()), flags=re.M))
+
+
+def sources(main: str) -> dict[str, str]:
+    """Return the modules by their names without imports, each after those that it imports."""
     texts: dict[str, str] = {}
 
     def put(name: str) -> None:
@@ -170,19 +182,7 @@ def modules(main: str = MAIN) -> str:
         texts[name] = IMPORT.sub("", text)
 
     put(main)
-    known: dict[str, str] = {}
-    for name, text in texts.items():
-        for word in _names(text):
-            if word in known:
-                raise ValueError(f"{word} is defined in {known[word]}.js and in {name}.js")
-            known[word] = name
-    return _short(re.sub(r"^export ", "", "".join(texts.values()), flags=re.M))
-
-
-def _names(text: str) -> list[str]:
-    """Return the top-level names of a module."""
-    constants = re.findall(r"^(?:export )?const (?!\{)[^({\n]*;$", text, re.M)
-    return NAMES.findall(text) + [word for line in constants for word in MORE.findall(line)]
+    return texts
 
 
 def _short(text: str) -> str:

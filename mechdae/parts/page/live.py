@@ -19,7 +19,7 @@ from mechdae.motion.continuation.legs import Legs
 from mechdae.motion.continuation.output_bounds import turned
 from mechdae.motion.continuation.path import Path
 from mechdae.motion.kinematics.prepared import Run, Setting
-from mechdae.motion.setup.outputs import RATES, Outputs, ReportedQuantity
+from mechdae.motion.setup.outputs import RATES, Outputs
 from mechdae.parts.page import page_drivers as ways
 from mechdae.parts.page.programs.javascript import Operations, operations_of, script, tables
 from mechdae.records import dataclass
@@ -135,11 +135,26 @@ def curves_of(graphs: Graphs, model: Model) -> Any:
     return ca.Function("curves", [share, graphs.p], [ca.vertcat(*places)])
 
 
-def names_of(entry: ReportedQuantity, in_space: bool) -> list[str]:
-    """Return the names of a reported quantity and of its first two rates."""
-    if in_space and entry.kind == "joints":
-        return [entry.name, f"{entry.name}_velocity", f"{entry.name}_acceleration"]
-    return list(RATES[entry.name][:3])
+def entries_of(setting: Setting) -> list[Json]:
+    """Return the reported quantities: kind, part, names with those of rates, columns, unit."""
+    in_space = setting.scene.model.mechanism.dimension == 3
+
+    def names(kind: str, name: str) -> list[str]:
+        if in_space and kind == "joints":
+            return [name, f"{name}_velocity", f"{name}_acceleration"]
+        return list(RATES[name][:3])
+
+    return [
+        {
+            "kind": entry.kind,
+            "part": entry.part,
+            "names": names(entry.kind, entry.name),
+            "columns": list(entry.columns),
+            "unit": "rad" if entry.is_orientation else entry.unit,
+        }
+        for entry in setting.outputs.entries
+        if entry.kind != "hidden" and entry.name != "guide"
+    ]
 
 
 def bounded_of(outputs: Outputs) -> dict[str, list[int]]:

@@ -59,26 +59,30 @@ def cornered(setting: Setting) -> bool:
     return timing is not None and bool(len(timing.corners) or np.any(timing.rough))
 
 
+def driven(setting: Setting, result: Result) -> list[Json]:
+    """Return the drivers: name, unit, whether it is an angle, what counts as a radian."""
+    coordinates, sizes = setting.plan.coordinates, setting.driver_sizes
+    return [
+        {"name": name, "unit": c.unit, "turns": bool(c.is_angle), "size": float(size)}
+        for name, c, size in zip(result.drivers, coordinates, sizes, strict=True)
+    ]
+
+
 def drivers_of(setting: Setting, result: Result) -> list[Json] | None:
     """Return the drivers that can be moved on their own, None where there is one."""
-    plan = setting.plan
+    plan, law = setting.plan, is_law(setting)
     if setting.graphs.single:
         return None
     rates = [np.atleast_2d(rate)[0] for rate in (plan.speed, plan.acceleration)]
     return [
         {
-            "name": name,
-            "unit": c.unit,
-            "turns": bool(c.is_angle),
-            "size": float(size),
+            **driver,
             # by a law the speed differs from moment to moment: one unit in a second
-            "speed": 1.0 if is_law(setting) else float(rates[0][k]) or float(size),
-            "acceleration": 0.0 if is_law(setting) else float(rates[1][k]),
-            "usual": is_law(setting) or not rates[0][k],
+            "speed": 1.0 if law else float(rates[0][k]) or driver["size"],
+            "acceleration": 0.0 if law else float(rates[1][k]),
+            "usual": law or not rates[0][k],
         }
-        for k, (name, c, size) in enumerate(
-            zip(result.drivers, plan.coordinates, setting.driver_sizes, strict=True)
-        )
+        for k, driver in enumerate(driven(setting, result))
     ]
 
 

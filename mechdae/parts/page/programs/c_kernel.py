@@ -152,8 +152,8 @@ def _parts(source: KernelSource, functions: dict[str, Graph]) -> dict[str, str]:
     }
     return {
         "SIZES": "".join(f"#define NAME_{part} {count}\n" for part, count in counts.items()),
-        "U0": _row(driver.value for driver in source.drivers),
-        "UNIT_U": _row(driver.size for driver in source.drivers),
+        "U0": _row(driver["value"] for driver in source.drivers),
+        "UNIT_U": _row(driver["size"] for driver in source.drivers),
         "SIZE_U": _row(start["size_u"]),
         "SCALE": repr(float(start["scale"])),
         "LARGEST": repr(SHARE),

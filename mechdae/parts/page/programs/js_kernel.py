@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from dataclasses import asdict
 from pathlib import Path
 
 from mechdae.errors import UnavailableError
@@ -47,24 +46,13 @@ def js(motion: ExportedMotion) -> dict[str, str]:
 
 
 def _data(source: KernelSource, layout: Json) -> Json:
-    entries = [
-        {
-            "kind": column.kind,
-            "part": column.part,
-            "names": list(column.names),
-            "columns": list(column.columns),
-            "path": column.path,
-            "unit": "rad" if column.kind == "bodies" else column.unit,
-        }
-        for column in source.outputs
-    ]
     return {
         **_way(source),
         "whole": False,
         "speed": 1.0,
         "bounded": live.bounded_of(source.setting.outputs),
         "sliders": [{"name": n, "unit": u, "value": v} for n, u, v in source.inputs],
-        "entries": entries,
+        "entries": source.outputs,
         "kernels": layout,
         "scene": {"dimension": source.motion.mechanism.dimension},
     }
@@ -73,14 +61,13 @@ def _data(source: KernelSource, layout: Json) -> Json:
 def _way(source: KernelSource) -> Json:
     """Return the drivers, what the first pose lies on, and what the path begins with."""
     start = live.numbers_of(source.setting, source.run)
-    drivers = [asdict(driver) | {"turns": driver.unit == "rad"} for driver in source.drivers]
     if source.setting.graphs.single:
         way, span = ways.way_of(source.setting, source.run), list(source.range)
-        return {"driver": drivers[0], "way": way, "range": span, "start": start}
-    begin, still = [driver.value for driver in source.drivers], [0.0] * len(drivers)
+        return {"driver": source.drivers[0], "way": way, "range": span, "start": start}
+    begin, still = [driver["value"] for driver in source.drivers], [0.0] * len(source.drivers)
     here = {"corners": [begin, begin], "largest": [1.0], "name": "", "unit": ""}
     return {
-        "drivers": drivers,
+        "drivers": source.drivers,
         "way": here | {"kind": "legs", "u": begin, "rates": [still, still]},
         "range": [0.0, 0.0],
         "start": start | {"s": 0.0, "turns": False},

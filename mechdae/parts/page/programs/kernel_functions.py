@@ -16,7 +16,7 @@ from mechdae.motion.kinematics.prepared import Run, Setting
 from mechdae.parts.page import live
 from mechdae.parts.page import page_drivers as ways
 from mechdae.tasks import ExportedMotion
-from mechdae.types import Graph
+from mechdae.types import Graph, Json
 
 WHY = {
     "curves": "its curves touch, which steps of the path alone do not follow",
@@ -29,32 +29,6 @@ WHY = {
 
 
 @dataclass(frozen=True)
-class KernelOutput:
-    """A reported quantity: where it is among the outputs, its names by order of the rate."""
-
-    kind: str
-    part: str
-    names: tuple[str, ...]
-    columns: tuple[int, ...]
-    unit: str
-
-    @property
-    def path(self) -> str:
-        """The path to it, as in the JSON of results."""
-        return f"{self.kind}/{self.part}/{self.names[0]}"
-
-
-@dataclass(frozen=True)
-class KernelDriver:
-    """A driver: its coordinate, unit, value at the first pose, and what counts as a radian."""
-
-    name: str
-    unit: str
-    value: float
-    size: float
-
-
-@dataclass(frozen=True)
 class KernelSource:
     """A task as functions and numbers.
 
@@ -63,15 +37,17 @@ class KernelSource:
     inputs
         Names, units and values of the numbers that may be changed.
     outputs
-        What is computed at a pose.
+        What is computed at a pose, as pages hold it.
+    drivers
+        Those of pages, each with its value at the first pose.
     """
 
     motion: ExportedMotion
     setting: Setting
     run: Run
     inputs: tuple[tuple[str, str, float], ...]
-    outputs: tuple[KernelOutput, ...]
-    drivers: tuple[KernelDriver, ...]
+    outputs: list[Json]
+    drivers: list[Json]
 
     @property
     def graphs(self) -> Graphs:
@@ -127,30 +103,16 @@ def kernel_source(motion: ExportedMotion) -> KernelSource:
     values = dict(zip(model.p_names, model.p_values.tolist(), strict=True))
     units = parameter_units(motion.mechanism, motion.problem.tasks.values())
     names = live.numbers_that_move(setting, set())
-    in_space = motion.mechanism.dimension == 3
-    outputs = tuple(
-        KernelOutput(
-            entry.kind,
-            entry.part,
-            tuple(live.names_of(entry, in_space)),
-            tuple(entry.columns),
-            "1" if entry.is_orientation else entry.unit,
-        )
-        for entry in setting.outputs.entries
-        if entry.kind != "hidden" and entry.name != "guide"
-    )
+    outputs = [
+        {**entry, "path": f"{entry['kind']}/{entry['part']}/{entry['names'][0]}"}
+        for entry in live.entries_of(setting)
+    ]
     s, _ = ways.start_of(run.path)
     begin = run.path.drivers(np.array([s]))[0].tolist()
-    drivers = tuple(
-        KernelDriver(name, c.unit, value, float(size))
-        for name, c, value, size in zip(
-            motion.result.drivers,
-            setting.plan.coordinates,
-            begin,
-            setting.driver_sizes,
-            strict=True,
-        )
-    )
+    drivers = [
+        {**driver, "value": value}
+        for driver, value in zip(ways.driven(setting, motion.result), begin, strict=True)
+    ]
     return KernelSource(
         motion,
         setting,
@@ -190,7 +152,8 @@ def head_lines(source: KernelSource) -> list[str]:
         lines += ["Rates are in time, with speeds and accelerations of the drivers.", ""]
         lines += ["drivers u, with their values at the first pose:"]
         lines += [
-            f"  {k:3d}  {d.name} [{d.unit}] = {d.value!r}" for k, d in enumerate(source.drivers)
+            f"  {k:3d}  {driver['name']} [{driver['unit']}] = {driver['value']!r}"
+            for k, driver in enumerate(source.drivers)
         ]
     else:
         low, high = source.range
@@ -199,7 +162,7 @@ def head_lines(source: KernelSource) -> list[str]:
         ]
         lines += [
             "",
-            f"driver s: {first.name} [{first.unit}], in the task from {low!r} to {high!r}",
+            f"driver s: {first['name']} [{first['unit']}], in the task from {low!r} to {high!r}",
         ]
     lines += [
         "",
@@ -209,7 +172,8 @@ def head_lines(source: KernelSource) -> list[str]:
         lines.append(f"  {k:3d}  {name} [{unit}] = {value!r}")
     lines += ["", "outputs y, each with y' and y'':"]
     for entry in source.outputs:
-        for j, column in enumerate(entry.columns):
-            part = f"[{j}]" if len(entry.columns) > 1 else ""
-            lines.append(f"  {column:3d}  {entry.path}{part} [{entry.unit}]")
+        unit = "1" if entry["names"][0] == "orientation" else entry["unit"]
+        for j, column in enumerate(entry["columns"]):
+            part = f"[{j}]" if len(entry["columns"]) > 1 else ""
+            lines.append(f"  {column:3d}  {entry['path']}{part} [{unit}]")
     return lines

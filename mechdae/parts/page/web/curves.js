@@ -114,7 +114,7 @@ export function thingsOf(app) {
 /** Curves of a recorded motion: what was stored of links, slides, energies, places of points. */
 export function recordedThings(session) {
   const stored = session.series.map(({ kind, part, names, unit, values }) => {
-    const lines = names.map((_, order) => lineOf(session, ({ k }) => values[order][k], unit, order, { title: unit === "J" ? words("energy") : "" }));
+    const lines = names.map((_, order) => lineOf(session, ({ k }) => (Number.isFinite(values[order][k]) ? values[order][k] : null), unit, order, { title: unit === "J" ? words("energy") : "" }));
     return { kind, parts: [part], name: kind === "scalars" ? words(`${part}_energy`) : `${kind === "joints" ? `${words("joint")} ` : ""}${part}`, lines: () => lines };
   });
   return [...stored, ...session.moving().map((part) => {

@@ -2,26 +2,12 @@
 import { sentence, words } from "./words.js";
 import { quantity } from "./units.js";
 
-/** Numbers from a list, null for none, from second differences, or from base64, little-endian float64. */
-export function unpacked(text) {
-  if (text.bent) {
-    const whole = [];
-    text.bent.forEach((bend, k) => { whole.push(bend + 2 * (whole[k - text.width] ?? 0) - (whole[k - 2 * text.width] ?? 0)); });
-    return Float64Array.from(whole, (own) => own * text.step);
-  }
-  if (typeof text !== "string") return Float64Array.from(text, (value) => value ?? NaN);
-  const bytes = Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
-  const view = new DataView(bytes.buffer);
-  return Float64Array.from({ length: bytes.length / 8 }, (_, k) => view.getFloat64(8 * k, true));
-}
-
-/** Values of a curve from 16 bits each; the largest is none. */
-function curveOf([low, high, text]) {
-  const letters = atob(text);
-  return Array.from({ length: letters.length / 2 }, (_, k) => {
-    const own = letters.charCodeAt(2 * k) + 256 * letters.charCodeAt(2 * k + 1);
-    return own === 65535 ? null : low + ((high - low) * own) / 65534;
-  });
+/** Numbers of a list, in which null is none, or from second differences of rows. */
+export function unpacked(stored) {
+  const { bent, width, step } = stored, whole = [];
+  if (!bent) return stored.map((value) => value ?? NaN);
+  bent.forEach((bend, k) => { whole.push(bend + 2 * (whole[k - width] ?? 0) - (whole[k - 2 * width] ?? 0)); });
+  return whole.map((own) => own * step);
 }
 
 /** Of more events of one kind at one part only the upper ends of their lines are drawn. */
@@ -46,7 +32,7 @@ export class Recorded {
     this.range = [0, rows.length - 1];
     this.motion = { way: data.driver, ends: [null, null] };
     /** Curves that were stored: kind, part, names, unit, values of each. */
-    this.series = (series || []).map(([kind, part, names, unit, values]) => ({ kind, part, names, unit, values: values.map(curveOf) }));
+    this.series = (series || []).map(([kind, part, names, unit, values]) => ({ kind, part, names, unit, values: values.map(unpacked) }));
     this.events = data.driver.unit === "s" ? grouped(data.recorded.events || []) : [];
   }
 
