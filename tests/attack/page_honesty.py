@@ -12,7 +12,6 @@ OUT.parts.jsonl.
 
 from __future__ import annotations
 
-import base64
 import json
 import sys
 import tempfile
@@ -77,10 +76,8 @@ def examine(seed: int, player: Any, sets: int = SETS) -> dict[str, Any]:
     if not found["trusted"]:
         row["reason"], row["untrusted"] = "the page does not trust itself", [seed]
         return row
-    truth = {
-        name: np.frombuffer(base64.b64decode(text), "<f8").reshape(-1, 2)
-        for name, text in data["recorded"]["points"].items()
-    }
+    recorded = data["recorded"]["points"].items()
+    truth = {name: np.reshape(np.array(rows, float), (-1, 2)) for name, rows in recorded}
     for k, (own, points, bound) in enumerate(found["poses"]):
         python = data["status"][k]
         row["poses"] += 1

@@ -224,8 +224,6 @@ def _page(problem: Problem, name: str, lang: str, names: tuple[str, ...], file: 
         "lang": lang,
         "file": file,
         "numbers": plain(problem.mechanism.values()),
-        "driver": _driver(result),
-        "status": [str(status) for status in result.status],
         "live": not reason,
         "reason": reason,
         "kernels": None,
@@ -247,7 +245,7 @@ def _page(problem: Problem, name: str, lang: str, names: tuple[str, ...], file: 
         data["reason"] += link.said("poses", lang, some=MOST_RECORDED, all=result.status.size)
     if not data["live"]:
         result = smooth(result, _ways)
-        data |= {"driver": _driver(result), "status": [str(status) for status in result.status]}
+    data = {"driver": _driver(result), "status": [str(status) for status in result.status]} | data
     values = data["driver"]["values"] if data["live"] else range(len(result.status))
     seen, places = result, np.asarray(values, float)
     driver = getattr(task, "driver", None)
@@ -317,7 +315,6 @@ def _make_live(
         "pace": ways.pace_of(setting, run),
         "range": [float(places.min()), float(places.max())],
         "whole": plan.values is None or len(places) == 1,
-        "poses": len(places),
         "limits": [None if end is None else float(end) for end in limits],
         "modes": live.modes_of(setting, run),
         "speed": rates[0],

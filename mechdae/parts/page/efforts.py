@@ -106,11 +106,7 @@ def numbers(loaded: LoadedRun, rows: list[int]) -> Json:
     statics, setting = loaded.statics, loaded.setting
     balance = statics.balance
     groups = [
-        {
-            "places": places,
-            "forms": [[form.start, form.stop] for form in forms],
-            "laws": laws,
-        }
+        {"places": places, "forms": [[form.start, form.stop] for form in forms], "laws": laws}
         for places, forms, laws in statics.branches.groups
     ]
     tables = [

@@ -20,7 +20,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mechdae.results import plain
 
 if TYPE_CHECKING:
     from mechdae.types import Floats, Json
@@ -112,7 +111,7 @@ def _words() -> dict[str, dict[str, dict[str, str]]]:
 
 def rounded(values: Floats) -> list[float | None]:
     """Return numbers with the digits that are compared, None for those that are not finite."""
-    return plain([float(f"{value:.{COMPARED}g}") for value in values])
+    return [float(f"{v:.{COMPARED}g}") if np.isfinite(v) else None for v in values]
 
 
 def _drawn(recorded: Json) -> Json:

@@ -230,18 +230,15 @@ def numbers_of(setting: Setting, run: Run) -> Json:
     constants = path.constants
     s, x = ways.start_of(path)
     groups = {group.index: group for group in setting.scene.groups}
-    blocks = []
-    for b, graph in enumerate(graphs.blocks):
-        group = groups[graph.block.group]
-        chain = [i for k in graphs.ancestors(b) for i in graphs.blocks[k].own]
-        blocks.append(
-            {
-                "own": list(graph.own),
-                "chain": chain,
-                "group": group.name,
-                "joint": group.key_joint,
-            }
-        )
+    blocks = [
+        {
+            "own": list(graph.own),
+            "chain": [i for k in graphs.ancestors(b) for i in graphs.blocks[k].own],
+            "group": groups[graph.block.group].name,
+            "joint": groups[graph.block.group].key_joint,
+        }
+        for b, graph in enumerate(graphs.blocks)
+    ]
     columns, _ = graphs.units(constants.scale, constants.p)
     return {
         "x": x.tolist(),
@@ -274,5 +271,4 @@ def modes_of(setting: Setting, run: Run) -> list[Json]:
     if found.count > 32:
         return []
     label = setting.assembler.labels.of_pose(x, u)
-    modes = [{"label": mode.label, "x": mode.x.tolist()} for mode in found]
-    return [{**mode, "own": mode["label"] == label, "proven": found.proven} for mode in modes]
+    return [{"label": m.label, "x": m.x.tolist(), "own": m.label == label} for m in found]

@@ -158,16 +158,11 @@ def head_lines(source: KernelSource) -> list[str]:
     else:
         low, high = source.range
         lines += [
-            "Rates are by the driver's value s: v = y' ds/dt, a = y'' (ds/dt)^2 + y' d2s/dt2."
-        ]
-        lines += [
+            "Rates are by the driver's value s: v = y' ds/dt, a = y'' (ds/dt)^2 + y' d2s/dt2.",
             "",
             f"driver s: {first['name']} [{first['unit']}], in the task from {low!r} to {high!r}",
         ]
-    lines += [
-        "",
-        "inputs theta, numbers that may be changed:",
-    ]
+    lines += ["", "inputs theta, numbers that may be changed:"]
     for k, (name, unit, value) in enumerate(source.inputs):
         lines.append(f"  {k:3d}  {name} [{unit}] = {value!r}")
     lines += ["", "outputs y, each with y' and y'':"]

@@ -51,10 +51,9 @@ export class Balance {
 
   /** The force plan of a group: what acts on it from outside, link after link, and the reaction inside of two links. */
   plan(k) {
-    const bodies = this.groups[k], arrows = [], corners = new Map();
+    const bodies = this.groups[k], arrows = [];
     let here = [0, 0];
     for (const body of bodies) {
-      corners.set(body, here);
       for (const { id, kind, force, letter, other } of this.on(body)) {
         if (bodies.includes(other) || !(Math.hypot(...force) > FORCELESS * this.size)) continue;
         const next = sum(here, force);

@@ -1,5 +1,5 @@
 /** Curves over the driver with a cursor that drives; their extremes are marked. */
-import { element } from "./view.js";
+import { element, pathOf } from "./view.js";
 import { digits, displayed } from "./units.js";
 import { words } from "./words.js";
 
@@ -15,22 +15,13 @@ const CORNER = 8;
 /** Length of the marks of many events [px]. */
 const TICK = 6;
 
-/** Round steps of 1, 2 or 5 times a power of ten. */
-export function ticks(low, high, count) {
-  const rough = (high - low) / count;
+/** Round steps of 1, 2 or 5 times a power of ten; of large angles in degrees parts of a turn. */
+export function ticks(low, high, count, turns = false) {
+  const rough = (high - low) / count, power = 10 ** Math.floor(Math.log10(rough));
   if (!(rough > 0)) return [low];
-  const power = 10 ** Math.floor(Math.log10(rough));
-  const step = [1, 2, 5, 10].find((k) => k * power >= rough) * power;
-  const list = [];
-  for (let k = Math.ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; k += 1) list.push(k * step);
-  return list;
-}
-
-/** Round steps of angles in degrees: parts of a turn. */
-function degrees(low, high, count) {
-  const step = [15, 30, 45, 60, 90, 180, 360, 720].find((own) => (high - low) / own <= count);
-  if (!step || high - low < 60) return ticks(low, high, count);
-  return Array.from({ length: Math.floor(high / step + 1e-9) - Math.ceil(low / step - 1e-9) + 1 }, (_, k) => (Math.ceil(low / step - 1e-9) + k) * step);
+  const part = turns && high - low >= 60 ? [15, 30, 45, 60, 90, 180, 360, 720].find((own) => own >= rough) : 0;
+  const step = part || [1, 2, 5, 10].find((k) => k * power >= rough) * power, first = Math.ceil(low / step - 1e-9);
+  return Array.from({ length: Math.floor(high / step + 1e-9) - first + 1 }, (_, k) => (first + k) * step);
 }
 
 /** The largest and the least value with their places, from parabolas through three neighbours, none across a jump: a step much larger than those beside it. At a corner the value between the poses is not known. */
@@ -89,13 +80,12 @@ export class Chart {
     this.size = [width - EDGE.left - EDGE.right, height - EDGE.top - EDGE.bottom - FOOT];
     const [factor, name] = displayed(unit), [share, where] = displayed(along);
     const text = (x, y, anchor, kind, value) => { element("text", { x, y, "text-anchor": anchor, class: kind }, this.curve).textContent = value; };
-    const rows = name === "°" ? degrees : ticks, cells = where === "°" ? degrees : ticks;
-    for (const value of rows(this.low * factor, this.high * factor, Math.max(2, Math.floor(this.size[1] / 26)))) {
+    for (const value of ticks(this.low * factor, this.high * factor, Math.max(2, Math.floor(this.size[1] / 26)), name === "°")) {
       const y = this.y(value / factor);
       element("line", { x1: EDGE.left, x2: width - EDGE.right, y1: y, y2: y, class: "axis" }, this.curve);
       text(EDGE.left - 5, y + 3, "end", "tick", digits(value, 4));
     }
-    for (const value of cells(this.range[0] * share, this.range[1] * share, 8)) {
+    for (const value of ticks(this.range[0] * share, this.range[1] * share, 8, where === "°")) {
       const x = this.x(value / share);
       element("line", { x1: x, x2: x, y1: EDGE.top, y2: EDGE.top + this.size[1], class: "axis" }, this.curve);
       text(x, height - 8, "middle", "tick", digits(value, 4));
@@ -106,7 +96,10 @@ export class Chart {
       const ways = times.map((at) => `M${this.x(at).toFixed(1)} ${EDGE.top}v${many ? TICK : this.size[1]}`);
       element("title", {}, element("path", { d: ways.join(""), class: many ? "event many" : "event" }, this.curve)).textContent = about;
     }
-    for (const { values, look } of lines) this.line(places, values, look);
+    for (const { values, look } of lines) {
+      const way = values.map((value, k) => (value === null ? null : [this.x(places[k]), this.y(value)]));
+      element("path", { d: pathOf(way), class: `curve ${look}` }, this.curve);
+    }
     this.gaps(places, lines);
     const taken = [];
     for (const { values } of lines) {
@@ -121,15 +114,6 @@ export class Chart {
     }
     this.dots.replaceChildren(...lines.map(({ look }) => element("circle", { r: 3.6, class: `at ${look}` })));
     for (const [key, value] of Object.entries({ y1: EDGE.top, y2: EDGE.top + this.size[1] })) this.cursor.setAttribute(key, String(value));
-  }
-
-  line(places, values, look) {
-    let path = "", pen = "M";
-    values.forEach((value, k) => {
-      if (value !== null) path += `${pen}${this.x(places[k]).toFixed(1)} ${this.y(value).toFixed(1)}`;
-      pen = value === null ? "M" : "L";
-    });
-    element("path", { d: path, class: `curve ${look}` }, this.curve);
   }
 
   /** Grey bands where there is no pose. */

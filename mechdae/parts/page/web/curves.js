@@ -3,6 +3,7 @@ import { Chart, SILENCE } from "./chart.js";
 import { bareAngle, pinned } from "./session.js";
 import { lightable, whenLit } from "./light.js";
 import { find, made, written } from "./made.js";
+import { element } from "./view.js";
 import { sentence, words } from "./words.js";
 import { quantity, rateOf } from "./units.js";
 
@@ -47,7 +48,7 @@ export class Curves {
     if (names !== this.named) this.chips.replaceChildren(...chosen.map((thing, k) => lightable(made("span", { class: `chip c${k}` }, thing.name, " ", made("output", {}),
       made("button", { type: "button", "aria-label": sentence("remove", thing.name), title: sentence("remove", thing.name), onclick: () => this.toggle(thing) }, "×")), `thing-${thing.parts[0]}`)), this.more);
     const panels = new Map();
-    chosen.forEach((thing, k) => thing.lines().forEach((line) => {
+    chosen.forEach((thing, k) => thing.lines.forEach((line) => {
       const key = `${line.unit} ${line.order}`;
       if (!panels.has(key)) panels.set(key, { unit: rateOf(line.unit, line.order), symbol: (SYMBOLS[line.unit] || [])[line.order] || line.unit, lines: [] });
       panels.get(key).lines.push({ ...line, look: `c${k}${line.dashed ? " dashed" : ""}` });
@@ -56,9 +57,7 @@ export class Curves {
     const order = [...panels.keys()].sort((a, b) => Number(a.slice(-1)) - Number(b.slice(-1)));
     for (const key of order) {
       if (!this.charts.has(key)) {
-        const svg = document.createElementNS("http://www.w3.org/2000/svg", "svg");
-        for (const [name, value] of Object.entries({ class: "chart", role: "img" })) svg.setAttribute(name, value);
-        this.charts.set(key, new Chart(svg, (s) => app.want({ s })));
+        this.charts.set(key, new Chart(element("svg", { class: "chart", role: "img" }), (s) => app.want({ s })));
       }
       if (names !== this.named) this.room.append(this.charts.get(key).svg);
     }
@@ -75,7 +74,7 @@ export class Curves {
     const { app } = this, at = app.session.value;
     for (const { chart, lines } of this.shown || []) chart.mark(at, lines.map(({ now }) => now()));
     if (app.reading) this.chosen.forEach((thing, k) => {
-      const text = thing.lines().filter(({ order }) => order === 0).map(({ now, unit }) => quantity(now(), unit, 5)).join("; ");
+      const text = thing.lines.filter(({ order }) => order === 0).map(({ now, unit }) => quantity(now(), unit, 5)).join("; ");
       const own = this.chips.children[k].querySelector("output");
       if (own.textContent !== text) own.textContent = text;
     });
@@ -106,7 +105,7 @@ export function thingsOf(app) {
     const line = (order, axis = "", dashed = false) => lineAt(session, `${kind}/${part}/${names[order]}${axis && `/${axis}`}`, unit, order, { dashed });
     const axes = columns.length > 1 && names[0] !== "orientation" ? [..."xyz"].slice(0, columns.length) : [];
     const lines = [...axes.map((axis, k) => line(0, axis, k > 0)), ...names.map((_, order) => order).filter((order) => (order ? !bareAngle(entry) : columns.length === 1)).map((order) => line(order))];
-    found.set(key, { kind, parts: [part], name, lines: () => lines, columns });
+    found.set(key, { kind, parts: [part], name, lines, columns });
   }
   return [...found.values()];
 }
@@ -115,11 +114,11 @@ export function thingsOf(app) {
 export function recordedThings(session) {
   const stored = session.series.map(({ kind, part, names, unit, values }) => {
     const lines = names.map((_, order) => lineOf(session, ({ k }) => (Number.isFinite(values[order][k]) ? values[order][k] : null), unit, order, { title: unit === "J" ? words("energy") : "" }));
-    return { kind, parts: [part], name: kind === "scalars" ? words(`${part}_energy`) : `${kind === "joints" ? `${words("joint")} ` : ""}${part}`, lines: () => lines };
+    return { kind, parts: [part], name: kind === "scalars" ? words(`${part}_energy`) : `${kind === "joints" ? `${words("joint")} ` : ""}${part}`, lines };
   });
   return [...stored, ...session.moving().map((part) => {
     const lines = [0, 1, 2].slice(0, session.data.scene.dimension).map((axis) => lineOf(session, (pose) => (session.place(part, pose) || [null, null, null])[axis], "m", 0, { dashed: axis > 0 }));
-    return { kind: "points", parts: [part], name: `${words("point")} ${part}`, lines: () => lines };
+    return { kind: "points", parts: [part], name: `${words("point")} ${part}`, lines };
   })];
 }
 
@@ -128,7 +127,7 @@ export function forceThings(app) {
   const { session, data } = app, { efforts, joints, lossy, units } = data.forces;
   const thing = (kind, part, word, path, unit) => {
     const lines = [lineAt(session, path, unit, 0, { title: words(word) })];
-    return { kind, parts: [part], name: `${words(word)} ${part}`, lines: () => lines };
+    return { kind, parts: [part], name: `${words(word)} ${part}`, lines };
   };
   return [
     ...efforts.map((name) => thing("efforts", name, "effort", `efforts/${name}`, units[name])),

@@ -1,7 +1,7 @@
 /** Sliders of the dimensions, and their dimension lines in the diagram, which light up with each other. */
 import { element } from "./view.js";
 import { lightable, whenLit } from "./light.js";
-import { find, made, written } from "./made.js";
+import { find, made, rowOf, written } from "./made.js";
 import { SliderRow } from "./slider.js";
 import { sentence, words } from "./words.js";
 import { quantity } from "./units.js";
@@ -29,7 +29,7 @@ export class Dimensions {
   /** Numbers that a recorded motion was computed with. */
   list(data) {
     const names = Object.keys(data.units).filter((name) => data.numbers[name] !== undefined && !name.includes("."));
-    const rows = names.map((name) => made("tr", {}, made("td", {}, name), made("td", {}, quantity(data.numbers[name], data.units[name]))));
+    const rows = names.map((name) => rowOf(name, quantity(data.numbers[name], data.units[name])));
     find("dimensions").append(made("p", { class: "hint" }, words("given")), made("table", {}, made("tbody", {}, ...rows)));
   }
 

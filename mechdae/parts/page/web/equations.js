@@ -1,5 +1,5 @@
 /** The vector equations of a pose, group by group, in the plane and in space: v_C = v_B + v_CB, a_C = a_B + a^n_CB + a^τ_CB, and past slides with Coriolis' term. */
-import { outer, subtracted, sum } from "./vectors.js";
+import { dot, outer, subtracted, sum } from "./vectors.js";
 
 /** Vectors shorter than this share of the longest are points. */
 const SILENT = 1e-9;
@@ -7,7 +7,6 @@ const SYMBOL = ["r", "v", "a"];
 
 /** What a vector gains by turning with an angular velocity. */
 const across = (arm, w) => (arm.length > 2 ? outer(w, arm) : [-w * arm[1], w * arm[0]]);
-const inner = (one, two) => one.reduce((total, value, k) => total + value * two[k], 0);
 
 /** Places and rates of the spots of a pose, and its equations. */
 export class Equations {
@@ -56,7 +55,7 @@ export class Equations {
     const [v, a] = [1, 2].map((own) => subtracted(to.rates[own], from.rates[own]));
     let terms;
     if (!joint && w === undefined) { // spins freely: what is known is along the arm
-      const normal = arm.map((value) => (value * inner(a, arm)) / inner(arm, arm));
+      const normal = arm.map((value) => (value * dot(a, arm)) / dot(arm, arm));
       terms = [[], [["relative", "", v]], [["normal", "n", normal], ["tangential", "τ", subtracted(a, normal)]]];
     } else if (!joint) terms = [[], [["relative", "", across(arm, w)]], [["normal", "n", across(across(arm, w), w)], ["tangential", "τ", across(arm, e)]]];
     else {

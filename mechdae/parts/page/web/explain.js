@@ -2,7 +2,7 @@
 import { arrow, element } from "./view.js";
 import { moment, subtracted } from "./vectors.js";
 import { lightable } from "./light.js";
-import { find, made, symbol, written } from "./made.js";
+import { find, made, rowOf, symbol, tableOf, written } from "./made.js";
 import { sentence, words } from "./words.js";
 import { digits, displayed, quantity, rateOf } from "./units.js";
 import { drawPlan, planSheet } from "./plans.js";
@@ -68,12 +68,12 @@ export class Explain {
       const rows = acting.map((own) => ({ ...own, total: own.couple + moment(subtracted(own.at, about), own.force) }));
       const most = Math.max(...rows.map(({ total }) => Math.abs(total))), size = Math.max(...rows.map(({ force }) => Math.hypot(...force)));
       const place = ({ kind, where, name }) => (where ? written(letters[where] || where.split(".")[1]) : kind === "load" ? name : words(kind === "drive" ? "driver" : "mass_centre"));
-      const cells = ([x, y], total) => [x, y].map((value) => digits(zero(value, size), 5)).concat(digits(zero(total, most), 5)).map((text) => made("td", {}, text));
-      const head = made("tr", {}, ...["vector", "acts_at"].map((key) => made("th", { scope: "col" }, words(key))), ...["F x, N", "F y, N", `M ${written(letters[pole] || pole)}, N·m`].map((text) => made("th", { scope: "col" }, text)));
-      const totals = [0, 1].map((i) => rows.reduce((all, { force }) => all + force[i], 0));
+      const cells = ([x, y], total) => [digits(zero(x, size), 5), digits(zero(y, size), 5), digits(zero(total, most), 5)];
+      const last = rowOf("Σ", "", ...cells([0, 1].map((i) => rows.reduce((all, { force }) => all + force[i], 0)), rows.reduce((all, { total }) => all + total, 0)));
+      last.className = "sum";
       return [title, made("p", { class: "formula" }, ...forced.flatMap(({ id, letter }, i) => [i ? " + " : "", lightable(made("span", { class: "term" }, symbol(letter)), id)]), ...(forced.length ? [" = 0"] : [])),
-        made("table", {}, made("thead", {}, head), made("tbody", {}, ...rows.map((own) => lightable(made("tr", { tabindex: "0" }, made("td", {}, symbol(own.letter)), made("td", {}, place(own)), ...cells(own.force, own.total)), own.id)),
-          made("tr", { class: "sum" }, made("td", {}, "Σ"), made("td", {}), ...cells(totals, rows.reduce((all, { total }) => all + total, 0)))))];
+        tableOf([words("vector"), words("acts_at"), "F x, N", "F y, N", `M ${written(letters[pole] || pole)}, N·m`],
+          [...rows.map((own) => this.litRow(own.id, symbol(own.letter), place(own), ...cells(own.force, own.total))), last])];
     });
   }
 
@@ -151,12 +151,18 @@ export class Explain {
     const right = equations.right(equation, order), whole = equations.whole(equation.end, order), unit = order === 1 ? "m/s" : "m/s2";
     if (!right.length) return [];
     const terms = right.flatMap(({ id, letter }, k) => [k ? " + " : " = ", lightable(made("span", { class: "term" }, symbol(letter)), id)]);
-    const rows = [...right, whole].map(({ id, letter, vector, kind }) => lightable(made("tr", { tabindex: "0" },
-      made("td", {}, symbol(letter)), made("td", {}, quantity(Math.hypot(...vector), unit, this.flat ? 5 : 4)), ...(this.flat ? [quantity(Math.atan2(vector[1], vector[0]), "rad", 5), this.direction(kind, equation, id === whole.id)]
-        : vector.map((part) => digits(part * displayed(unit)[0], 4))).map((text) => made("td", {}, text))), id));
-    const head = made("tr", {}, ...["vector", "size", ...(this.flat ? ["direction", "line_of_action"] : "xyz")].map((key) => made("th", { scope: "col" }, words(key))));
+    const rows = [...right, whole].map(({ id, letter, vector, kind }) => this.litRow(id, symbol(letter), quantity(Math.hypot(...vector), unit, this.flat ? 5 : 4), ...(this.flat
+      ? [quantity(Math.atan2(vector[1], vector[0]), "rad", 5), this.direction(kind, equation, id === whole.id)] : vector.map((part) => digits(part * displayed(unit)[0], 4)))));
+    const head = ["vector", "size", ...(this.flat ? ["direction", "line_of_action"] : "xyz")].map((key) => words(key));
     return [made("p", { class: "formula" }, lightable(made("span", { class: "term" }, symbol(whole.letter)), whole.id), ...terms),
-      made("table", { class: this.flat ? "" : "even" }, made("thead", {}, head), made("tbody", {}, ...rows)), ...(this.flat ? this.follows(equations, equation, order) : [])];
+      tableOf(head, rows, this.flat ? "" : "even"), ...(this.flat ? this.follows(equations, equation, order) : [])];
+  }
+
+  /** A row of a table whose vector lights up. */
+  litRow(id, ...cells) {
+    const row = rowOf(...cells);
+    row.tabIndex = 0;
+    return lightable(row, id);
   }
 
   direction(kind, { start, end, joint }, last) {

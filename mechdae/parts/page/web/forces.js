@@ -17,16 +17,11 @@ export class Forces {
   /** What the functions of the balance take, at a pose; null at limits and where there is none. */
   inputs(pose) {
     const { columns, tables, zero } = this.own;
-    const { speed, acceleration, drivers, way } = this.data;
+    const { speed, acceleration, drivers, way } = this.data, { motion, motion: { p } } = this;
     if (!pose.y || pose.status !== "ok") return null;
-    const [y, first, second] = pose.y;
-    // rates of several drivers are in time as they are
-    const [du, ddu] = drivers ? this.motion.way.rates(pose.place) : [[speed], [acceleration]];
-    const w = [...columns.map((k) => y[k]), ...this.motion.way.u(pose.place)];
-    const v = [...columns.map((k) => (drivers ? first[k] : first[k] * speed)), ...du];
-    const a = [...columns.map((k) => (drivers ? second[k] : second[k] * speed * speed + first[k] * acceleration)), ...ddu];
+    const driven = [motion.way.u(pose.place), ...(drivers ? motion.way.rates(pose.place) : [[speed], [acceleration]])];
+    const [w, v, a] = [0, 1, 2].map((order) => [...motion.inTime(pose, columns, order), ...driven[order]]);
     if (![...v, ...a].every(Number.isFinite)) return null;
-    const { p } = this.motion;
     const pace = this.motion.way.usual ? SLOW : 1;
     const [seen, gained] = [v.map((rate) => rate * pace), a.map((rate) => rate * pace * pace)];
     const at = tables.length ? this.kernels.abscissae.run(w, seen, p)[0] : [];

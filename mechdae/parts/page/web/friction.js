@@ -1,10 +1,10 @@
 /** Sizes of friction that follow from the forces they act on: all solutions, and the one from no friction. */
 import { eliminated, signOf } from "./path.js";
+import { dot } from "./vectors.js";
 
 export const SAME = 1e-6;
 const SLACK = 1e-9, FINEST = 1e-10, STEPS = 16, CHOICES = 4096;
 
-const dot = (a, b) => a.reduce((sum, value, k) => sum + value * b[k], 0);
 const most = (list) => list.reduce((best, value) => Math.max(best, Math.abs(value)), 0);
 export const apart = (a, b) => most(a.map((value, k) => value - b[k])) / Math.max(most(a), most(b), 1e-300);
 

@@ -13,10 +13,9 @@ export function barsOf(session) {
   if (!bars || !pose) return null;
   const lengths = bars.bars.map(([name, a, b]) => ({ name, length: Math.hypot(places[b][0] - places[a][0], places[b][1] - places[a][1]) }));
   if (!bars.slide) return lengths;
-  const joint = session.data.scene.joints.find(({ name }) => name === bars.slide), pivot = places[bars.bars[0][1]];
-  const rail = joint.first.startsWith("ground.") ? joint : { ...joint, first: joint.second, second: joint.first };
-  if (!rail.first.startsWith("ground.") || joint.axis === undefined || rail !== joint) return null;
-  const pin = places[bars.bars[1][2]], off = (pin[1] - pivot[1]) * Math.cos(joint.axis) - (pin[0] - pivot[0]) * Math.sin(joint.axis);
+  const { first, axis } = session.data.scene.joints.find(({ name }) => name === bars.slide), pivot = places[bars.bars[0][1]];
+  if (!first.startsWith("ground.") || axis === undefined) return null;
+  const pin = places[bars.bars[1][2]], off = (pin[1] - pivot[1]) * Math.cos(axis) - (pin[0] - pivot[0]) * Math.sin(axis);
   return [...lengths, { name: "e", length: Math.abs(off) }];
 }
 

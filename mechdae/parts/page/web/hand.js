@@ -119,7 +119,7 @@ export class Hand {
     const { app } = this, { session } = app, { places, poses } = session;
     const count = places.length, span = session.range[1] - session.range[0];
     const now = Math.round(((session.s - session.range[0]) / span) * (count - 1));
-    const round = app.way.turns && session.motion.ends[0] === null && session.motion.ends[1] === null;
+    const { round } = session.motion;
     const apart = (k) => {
       const index = round ? ((k % (count - 1)) + count - 1) % (count - 1) : k;
       const pose = poses[index];
@@ -133,9 +133,7 @@ export class Hand {
     }
     const [a, b, c] = [apart(best - 1), apart(best), apart(best + 1)], bend = a - 2 * b + c;
     const between = bend > 0 && Number.isFinite(bend) ? Math.max(-0.5, Math.min(0.5, (a - c) / (2 * bend))) : 0;
-    let s = session.range[0] + (span * (best + between)) / (count - 1);
-    if (round) s = session.range[0] + ((((s - session.range[0]) % span) + span) % span);
-    app.want({ s: Math.min(Math.max(s, session.range[0]), session.range[1]) });
+    app.want({ s: session.inside(session.range[0] + (span * (best + between)) / (count - 1)) });
   }
 
   /** Change the dimensions that place a point so that it comes to where it is pulled. */

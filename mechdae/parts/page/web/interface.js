@@ -1,5 +1,6 @@
 /** `window.mechdae`: the page for other programs. */
 import { bareAngle } from "./session.js";
+import { words } from "./words.js";
 
 /** The interface for embedding and tests. */
 export function interfaceOf(app) {
@@ -18,11 +19,10 @@ export function interfaceOf(app) {
       if (data.drivers) session.drivers().forEach((value, k) => { driver[data.drivers[k].name] = value; });
       result.bound = session.motion.bound(pose);
       if (!pose.y) return result;
-      for (const { kind, part, columns, names } of data.entries) {
-        const table = (result[kind][part] = result[kind][part] || {});
-        names.forEach((name, order) => {
-          const found = session.told(pose, { columns, names }, order);
-          if (bareAngle({ kind, names }) && order) return;
+      for (const entry of data.entries) {
+        const table = (result[entry.kind][entry.part] ||= {});
+        entry.names.slice(0, bareAngle(entry) ? 1 : 3).forEach((name, order) => {
+          const found = session.told(pose, entry, order);
           table[name] = found && found.length === 1 ? found[0] : found;
         });
       }
@@ -44,11 +44,11 @@ export function interfaceOf(app) {
       const names = (data.drivers || []).map((own) => own.name);
       for (const [name, value] of Object.entries(values)) {
         const k = data.sliders.findIndex((slider) => slider.name === name);
-        if (typeof value !== "number" || !Number.isFinite(value)) { own.reason = `${name} ${app.words("nonumber")}`; return false; }
+        if (typeof value !== "number" || !Number.isFinite(value)) { own.reason = `${name} ${words("nonumber")}`; return false; }
         if (names.includes(name)) (moved = moved || {})[names.indexOf(name)] = value;
         else if (name === app.way.name) s = value;
         else if (k >= 0) theta[k] = value;
-        else { own.reason = `${app.words("noname")} ${name}`; return false; }
+        else { own.reason = `${words("noname")} ${name}`; return false; }
       }
       const before = session.now();
       let ok = true;

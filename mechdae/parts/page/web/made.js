@@ -14,6 +14,15 @@ export function made(name, attributes = {}, ...children) {
   return own;
 }
 
+/** A row of a table; its cells are texts or elements. */
+export const rowOf = (...cells) => made("tr", {}, ...cells.map((cell) => made("td", {}, cell)));
+
+/** A table with words at its head. */
+export function tableOf(words, rows, look = "") {
+  const head = made("tr", {}, ...words.map((word) => made("th", { scope: "col" }, word)));
+  return made("table", { class: look || false }, made("thead", {}, head), made("tbody", {}, ...rows));
+}
+
 /** A letter as it is written: digits after it are low, A1_3 has two indices. */
 export const written = (letter) => letter.replace(/(\p{L})_?(\d+)(?:_(\d+))?/gu, (_, own, one, two) => own + below(one) + (two ? `,${below(two)}` : ""));
 

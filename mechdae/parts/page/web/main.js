@@ -31,7 +31,6 @@ const COUNTED = 120;
 class App {
   constructor(data, code, Kind, drawing, panels) {
     Object.assign(this, { data, panels });
-    this.words = words;
     showIn(data.shown || {});
     nameIn(data.unit_names || {}, data.lang === "ru" ? "," : ".");
     this.diagram = new Kind(find("diagram"), data.scene, drawing);
@@ -82,7 +81,7 @@ class App {
     find("title").textContent = data.title;
     find("subtitle").textContent = `${data.problem} / ${data.task}${session.live ? "" : ` – ${words("recorded")}: ${this.reason}`}${this.without ? ` – ${words("without")}: ${this.without}` : ""}${data.slow ? ` – ${words("slow")}` : ""}`;
     this.buildDrive();
-    if (session.live && data.drivers) this.several = new Several(this, find("dimensions"), made);
+    if (session.live && data.drivers) this.several = new Several(this);
     this.buildTabs();
     this.buildFiles();
     this.hand = new Hand(this);
@@ -160,7 +159,7 @@ class App {
     }
     const things = thingsOf(this), moves = things.filter(({ columns }) => session.moving(columns));
     const led = (sort) => moves.filter(({ kind, parts, columns }) => kind === sort && columns.length === 1 && !this.driven.includes(parts[0])).pop(); // has an angle or a slide
-    const usual = led("bodies") || (data.scene.space && led("joints")) || moves.filter(({ lines }) => lines()[0].unit !== "1").pop() || moves.pop();
+    const usual = led("bodies") || (data.scene.space && led("joints")) || moves.filter(({ lines }) => lines[0].unit !== "1").pop() || moves.pop();
     this.curves = new Curves(this, "curves", things, [usual]);
     tab("curves", this.curves, new Values(this, "curves"));
     if (data.lesson.groups.length) {

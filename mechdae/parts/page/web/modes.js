@@ -30,6 +30,4 @@ export class Modes {
       picture.replaceChildren(...(places ? diagram.outlines(places) : []).map((d) => element("path", { d, class: "body" })));
     }
   }
-
-  frame() { /* cards are those of the place where the driver was left */ }
 }

@@ -1,6 +1,7 @@
 /** A certified path of the mechanism along its driver: the tests are those of mechdae's own paths. */
 import { Kernel } from "./kernel.js";
 import { straightOf, wayOf } from "./way.js";
+import { dot } from "./vectors.js";
 
 const ROUND = 2 ** -53;
 const H_LIMIT = 0.2;
@@ -63,6 +64,11 @@ export function eliminated(matrix, right) {
     right[k] /= matrix[k][k];
   }
   return right;
+}
+
+/** The changes whose effects, column by column, come nearest to a gap, damped; null where nothing has an effect. */
+export function nearing(columns, gap, damping) {
+  return eliminated(columns.map((one, i) => columns.map((two, j) => dot(one, two) + (i === j ? damping : 0))), columns.map((one) => dot(one, gap)));
 }
 
 /** Sign of the determinant of a small matrix, which is overwritten. */
@@ -183,6 +189,17 @@ export class Motion {
     const last = this.nodes[this.nodes.length - 1];
     const t = this.ends[1] ? last.s : 1;
     return { t, u: t === 1 ? [...to] : this.way.u(t), x: last.state.slice(0, this.n), end: this.ends[1] };
+  }
+
+  /** Whether the driver turns through. */
+  get round() { return this.way.turns && this.ends.every((end) => end === null); }
+
+  /** Outputs or their rates in time: those by the driver times its speed. */
+  inTime({ y: [y, first, second] }, columns, order) {
+    const { speed, acceleration, drivers } = this.data;
+    if (order === 0) return columns.map((k) => y[k]);
+    if (drivers) return columns.map((k) => (order === 1 ? first : second)[k]); // in time as they are
+    return columns.map((k) => (order === 1 ? first[k] * speed : second[k] * speed * speed + first[k] * acceleration));
   }
 
   /** Condition number of the worst block at a pose, 1 at least. */

@@ -38,10 +38,7 @@ export class Plans {
 }
 
 /** A picture for a plan. */
-export function planSheet(label) {
-  const svg = element("svg", { class: "plan", role: "img", "aria-label": label });
-  return svg;
-}
+export const planSheet = (label) => element("svg", { class: "plan", role: "img", "aria-label": label });
 
 /** Write a symbol with its indices into a picture. */
 export function letterIn(group, x, y, [letter, low, high], anchor = "middle") {

@@ -1,10 +1,10 @@
 /** What is shown: numbers, driver, mode; the poses along the range; undo. No drawing here. */
-import { Motion } from "./path.js";
+import { Motion, nearing } from "./path.js";
 import { Ghosts } from "./ghosts.js";
 import { quantity, rateOf } from "./units.js";
 import { unpacked } from "./recorded.js";
 import { sentence, words } from "./words.js";
-import { aloneOf, wayOf } from "./way.js";
+import { aloneOf } from "./way.js";
 
 const SAMPLES = 361;
 const CHECK = 1e-12, ROUNDING = 2 ** -52, TELLING = 1e5;
@@ -42,7 +42,6 @@ export class Session {
   /** @param {any} data @param {any} code @param {any} [Forces] the class that balances them, in the plane */
   constructor(data, code, Forces) {
     this.data = data;
-    this.words = words;
     this.motion = new Motion(data, code);
     this.theta = data.sliders.map((slider) => slider.value);
     this.s = data.start.s;
@@ -72,13 +71,17 @@ export class Session {
       const more = way.turns ? 2 * Math.PI : 4 * this.data.start.scale;
       if (this.motion.ends[0] === null) this.motion.extend(-1, around - more);
       if (this.motion.ends[1] === null) this.motion.extend(1, around + more);
-      const span = this.motion.span();
-      const free = this.motion.ends[0] === null && this.motion.ends[1] === null && way.turns;
-      this.range = free ? [low, low + 2 * Math.PI] : span;
+      this.range = this.motion.round ? [low, low + 2 * Math.PI] : this.motion.span();
     }
   }
 
   within(s) { return s >= this.range[0] && s <= this.range[1]; }
+
+  /** The nearest value of the range, or that whole turns away where the driver turns through. */
+  inside(s) {
+    const [low, high] = this.range, span = high - low;
+    return this.motion.round ? low + ((((s - low) % span) + span) % span) : Math.min(Math.max(s, low), high);
+  }
 
   /** Poses along the range, for curves and paths. */
   sample(count = SAMPLES) {
@@ -134,16 +137,11 @@ export class Session {
 
   /** Lead the pose on for some seconds, at the driver's pace where that can be watched; back at an end. */
   advance(seconds) {
-    const [low, high] = this.range, { pace, turns } = this.motion.way;
+    const [low, high] = this.range, { pace } = this.motion.way, { round } = this.motion;
     const rate = Math.abs(pace) > 0 ? Math.min(Math.abs(pace), (high - low) / 1.5) : (high - low) / 6;
-    const round = turns && this.motion.ends.every((end) => end === null);
-    let s = this.s + seconds * rate * (this.sense || 1) * (round ? Math.sign(pace || 1) : 1);
-    if (round) s = low + ((((s - low) % (high - low)) + (high - low)) % (high - low));
-    else if (s > high || s < low) {
-      this.sense = s > high ? -1 : 1;
-      s = Math.min(Math.max(s, low), high);
-    }
-    this.drive(s);
+    const s = this.s + seconds * rate * (this.sense || 1) * (round ? Math.sign(pace || 1) : 1);
+    if (!round && !this.within(s)) this.sense = s > high ? -1 : 1;
+    this.drive(this.inside(s));
   }
 
   moving(columns) {
@@ -199,16 +197,9 @@ export class Session {
     return angles;
   }
 
-  /** Rates in time: those by the driver times its speed. */
+  /** Outputs of a pose or their rates in time; null without any. */
   inTime(pose, columns, order) {
-    if (!pose || !pose.y) return null;
-    const { speed, acceleration } = this.data;
-    const [y, first, second] = pose.y;
-    if (order === 0) return columns.map((k) => y[k]);
-    if (!Number.isFinite(first[columns[0]])) return null;
-    if (this.data.drivers) return columns.map((k) => (order === 1 ? first : second)[k]); // in time as they are
-    if (order === 1) return columns.map((k) => first[k] * speed);
-    return columns.map((k) => second[k] * speed * speed + first[k] * acceleration);
+    return pose && pose.y && (order === 0 || Number.isFinite(pose.y[1][columns[0]])) ? this.motion.inTime(pose, columns, order) : null;
   }
 
   /** What an entry tells at a pose: of a rotation the quaternion and the vectors of its rates. */
@@ -237,18 +228,14 @@ export class Session {
   /** An output by its path, as points/rod.B/velocity: its unit, its numbers and one scalar at a pose. */
   output(path) {
     const [kind, part, name, axis] = path.split("/");
-    if (this.forces && kind === "efforts" && this.data.forces.efforts.includes(part)) {
-      const of = (pose) => { const found = this.forcesAt(pose); return found && found.status !== "jammed" ? [found.efforts[part]] : null; };
-      return { unit: this.data.forces.units[part], of, scalar: (pose) => (of(pose) || [null])[0] };
-    }
+    const forced = (unit, valuesOf) => {
+      const of = (pose) => { const found = this.forcesAt(pose); return found && found.status !== "jammed" ? valuesOf(found) : null; };
+      return { unit, of, scalar: (pose) => { const own = of(pose); return own ? (own.length > 1 ? Math.hypot(own[0], own[1]) : own[0]) : null; } };
+    };
+    if (this.forces && kind === "efforts" && this.data.forces.efforts.includes(part)) return forced(this.data.forces.units[part], ({ efforts }) => [efforts[part]]);
     if (this.forces && kind === "joints" && REACTION[name] && this.data.forces.joints.some((own) => own.name === part)) {
       const k = ["Fx", "Fy", "M"].indexOf(name);
-      const of = (pose) => {
-        const found = this.forcesAt(pose);
-        if (!found || found.status === "jammed") return null;
-        return name === "loss" ? [found.losses[part] ?? 0] : k < 0 ? found.reactions[part] : [found.reactions[part][k]];
-      };
-      return { unit: REACTION[name], of, scalar: (pose) => { const own = of(pose); return own ? (own.length > 1 ? Math.hypot(own[0], own[1]) : own[0]) : null; } };
+      return forced(REACTION[name], ({ losses, reactions: { [part]: all } }) => (name === "loss" ? [losses[part] ?? 0] : k < 0 ? all : [all[k]]));
     }
     const entry = this.data.entries.find((own) => own.kind === kind && own.part === part && own.names.includes(name));
     if (!entry) throw new Error(`no output ${path}`);
@@ -261,21 +248,6 @@ export class Session {
       return axis ? found["xyz".indexOf(axis)] : Math.hypot(...found);
     };
     return { unit: rateOf(entry.unit, order), of, scalar, whole: !axis };
-  }
-
-  /** Paths of all outputs. */
-  outputs() {
-    const moved = this.data.entries.flatMap((entry) => entry.names.flatMap((name, order) => {
-      const path = `${entry.kind}/${entry.part}/${name}`;
-      if (name === "orientation") return [];
-      if (entry.columns.length > 1 && order === 0) return [..."xyz"].slice(0, entry.columns.length).map((axis) => `${path}/${axis}`);
-      return bareAngle(entry) && order ? [] : [path];
-    }));
-    if (!this.forces) return moved;
-    const { efforts, joints, lossy } = this.data.forces;
-    return [...moved, ...efforts.map((name) => `efforts/${name}`),
-      ...joints.flatMap(({ name }) => ["reaction", "Fx", "Fy", "M"].map((word) => `joints/${name}/${word}`)),
-      ...lossy.map((name) => `joints/${name}/loss`)];
   }
 
   // -- changes
@@ -339,7 +311,7 @@ export class Session {
     const [low, high] = this.motion.ends;
     const end = s > (high ? high.s : Infinity) ? high : s < (low ? low.s : -Infinity) ? low : high || low;
     const happens = end && { limit: "opens", pole: "grows" }[end.kind];
-    return end ? `${end.group} ${this.words(happens || "stops")} ${end.joint}` : "";
+    return end ? `${end.group} ${words(happens || "stops")} ${end.joint}` : "";
   }
 
   /**
@@ -370,6 +342,11 @@ export class Session {
     if (!this.held) return;
     const { x, place } = this.held;
     this.held = null;
+    this.goOn(x, place);
+  }
+
+  /** Follow the path of a pose, as near as that leads to the driver's value. */
+  goOn(x, place) {
     this.motion.anchor = this.nearZero({ x: Float64Array.from(x), s: place });
     this.follow();
     if (!this.within(this.s)) this.s = Math.min(Math.max(this.s, this.range[0]), this.range[1]);
@@ -400,10 +377,7 @@ export class Session {
     const reached = from.map((value, i) => (best.t === 1 ? theta[i] : value + best.t * (theta[i] - value)));
     this.theta = reached;
     this.motion.setNumbers(reached);
-    this.motion.anchor = this.nearZero({ x: Float64Array.from(best.x), s: best.pose.place });
-    this.follow();
-    if (!this.within(this.s)) this.s = Math.min(Math.max(this.s, this.range[0]), this.range[1]);
-    this.sample();
+    this.goOn(best.x, best.pose.place);
     this.reason = "";
     const lost = this.pose.status !== "ok" && !this.poses.some((other) => other.status === "ok");
     if (lost) {
@@ -413,7 +387,7 @@ export class Session {
     } else if (best.t > 0) this.changed();
     if (best.t < 1) {
       const block = this.data.start.blocks[best.opened];
-      this.reason = block ? `${block.group} ${this.words("opens")} ${block.joint}` : this.words("unreal");
+      this.reason = block ? `${block.group} ${words("opens")} ${block.joint}` : words("unreal");
     }
     return best.t;
   }
@@ -451,7 +425,7 @@ export class Session {
     this.settle();
     const { data, motion, near: pose } = this;
     if ((k < 0 ? this.way : data.drivers[k].name) === (k < 0 ? motion.way : motion.way.name)) return true;
-    if (pose.status !== "ok") { this.reason = this.words("unassembled"); return false; }
+    if (pose.status !== "ok") { this.reason = words("unassembled"); return false; }
     const before = this.now();
     motion.anchor = { x: pose.x, s: pose.place };
     if (k >= 0) this.lead(Array.from(motion.way.u(pose.place)), pose.x, k);
@@ -476,13 +450,13 @@ export class Session {
     this.sample();
   }
 
-  ended(end) { return end ? `${end.group} ${this.words(end.kind === "limit" ? "opens" : "stops")} ${end.joint}` : this.words("unassembled"); }
+  ended(end) { return end ? `${end.group} ${words(end.kind === "limit" ? "opens" : "stops")} ${end.joint}` : words("unassembled"); }
 
   /** Move several drivers straight to other values; how far they came, 0 to 1. */
   move(u, k = 0) {
     this.settle();
     const { motion, near: pose } = this;
-    if (pose.status !== "ok") { this.reason = this.words("unassembled"); return 0; }
+    if (pose.status !== "ok") { this.reason = words("unassembled"); return 0; }
     motion.anchor = { x: pose.x, s: pose.place };
     const there = motion.straightTo(u);
     this.lead(there.u, there.x, k);
@@ -504,13 +478,8 @@ export class Session {
       const here = flat(columns.map((i) => pose.y[0][i]));
       const gap = [x - here[0], y - here[1]];
       const slopes = data.drivers.map(({ size }, i) => flat(motion.slopesBy(pose.x, u, i, columns)).map((value) => value * size));
-      const sum = (i, j) => slopes.reduce((all, own) => all + own[i] * own[j], 0);
-      const damping = DAMPING * (sum(0, 0) + sum(1, 1));
-      const [a, b, c] = [sum(0, 0) + damping, sum(0, 1), sum(1, 1) + damping];
-      const det = a * c - b * b;
-      if (!(det > 0)) break;
-      const force = [(c * gap[0] - b * gap[1]) / det, (a * gap[1] - b * gap[0]) / det];
-      const change = slopes.map((own) => own[0] * force[0] + own[1] * force[1]);
+      const change = nearing(slopes, gap, DAMPING * slopes.flat().reduce((sum, value) => sum + value * value, 0));
+      if (!change) break;
       const most = Math.max(...change.map(Math.abs));
       if (!Number.isFinite(most) || most < 1e-9) break;
       const share = Math.min(1, FURTHEST / most);
@@ -533,13 +502,13 @@ export class Session {
   choose(label) {
     this.settle();
     const mode = this.data.modes.find((own) => own.label === label);
-    if (!mode) { this.reason = `${this.words("nomode")} ${label}`; return false; }
+    if (!mode) { this.reason = `${words("nomode")} ${label}`; return false; }
     const before = this.now();
     const now = [...this.theta];
     const { motion, motion: { way } } = this, shown = this.drivers(), failed = motion.begin(mode, now, this.way);
     if (failed || (way !== this.way && !motion.aside(way, shown))) { // there with the drivers as they are
       this.restore(before);
-      this.reason = failed === "unassembled" ? this.words(failed) : `${label} ${this.words("fades")}`;
+      this.reason = failed === "unassembled" ? words(failed) : `${label} ${words("fades")}`;
       return false;
     }
     this.changed();

@@ -1,12 +1,14 @@
 /** Controls of several drivers: which one the curves are drawn over, and a slider for each. */
+import { find, made } from "./made.js";
 import { SliderRow } from "./slider.js";
 import { quantity } from "./units.js";
+import { words } from "./words.js";
 
 export class Several {
-  /** @param {any} app @param {HTMLElement} into @param {any} made makes an element */
-  constructor(app, into, made) {
+  /** @param {any} app */
+  constructor(app) {
     this.app = app;
-    const { data, session, words } = app;
+    const { data, session } = app;
     const own = made("select", { "aria-label": words("along"), onchange: () => this.choose(Number(own.value)) },
       made("option", { value: -1 }, words(session.way.name)), ...data.drivers.map(({ name }, k) => made("option", { value: k }, name)));
     if (session.way.held) own.firstChild.remove(); // the file's way is that of a driver
@@ -18,7 +20,7 @@ export class Several {
       return new SliderRow(name, unit, [begin[k] - reach, begin[k], begin[k] + reach], (value) => app.want({ driver: [k, value] }));
     });
     box.append(...this.rows.map(({ row }) => row));
-    into.append(box);
+    find("dimensions").append(box);
   }
 
   /** Draw curves along a driver, or (-1) along the file's way. */
@@ -31,12 +33,12 @@ export class Several {
 
   /** Move one driver with the others held; whether it changed what the curves are drawn over. */
   drive(k, value) {
-    const { session, words } = this.app;
+    const { session } = this.app;
     const other = session.motion.way.name !== this.app.data.drivers[k].name;
     if (!session.along(k)) return false;
-    const { ends, way } = session.motion;
+    const { ends, round } = session.motion;
     const [low, high] = [ends[0] ? ends[0].s : -Infinity, ends[1] ? ends[1].s : Infinity];
-    const kept = way.turns && !ends[0] && !ends[1] ? value : Math.min(Math.max(value, low), high);
+    const kept = round ? value : Math.min(Math.max(value, low), high);
     session.drive(kept);
     this.rows[k].say(kept === value ? "" : `${words(value > kept ? "larger" : "smaller")} ${quantity(kept, this.rows[k].unit)}: ${session.opening(value)}`);
     return other;

@@ -1,5 +1,5 @@
 /** Joints and points pulled as dimensions: the numbers that place a point are changed until it is where the pointer is. */
-import { eliminated } from "./path.js";
+import { nearing } from "./path.js";
 import { pinned } from "./session.js";
 
 const ROUNDS_OF_PULL = 12;
@@ -42,8 +42,7 @@ export function pulled(session, reference, [x, y]) {
       const there = placeAt(theta.map((value, i) => (i === k ? value + step : value)));
       return there ? [(there.place[0] - here.place[0]) / step, (there.place[1] - here.place[1]) / step] : [0, 0];
     });
-    const normal = own.map((_, i) => own.map((__, j) => columns[i][0] * columns[j][0] + columns[i][1] * columns[j][1] + (i === j ? 1e-8 : 0)));
-    const change = eliminated(normal, columns.map((column) => column[0] * gap[0] + column[1] * gap[1]));
+    const change = nearing(columns, gap, 1e-8);
     if (!change || !change.every(Number.isFinite)) break;
     const most = Math.max(...change.map(Math.abs));
     const share = most > 0.2 * size ? (0.2 * size) / most : 1;

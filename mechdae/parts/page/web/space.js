@@ -1,6 +1,6 @@
 /** The diagram of a spatial mechanism: facets that `draw/fragments.py` wrote, moved with bodies, projected, painted from far to near. */
 import { element, hull, painted, pathOf, View } from "./view.js";
-import { across3, along3, outer, plus, times, unit3 } from "./vectors.js";
+import { across3, along3, moment, outer, plus, times, unit3 } from "./vectors.js";
 
 /** Lines are cut into pieces, each at its depth; gaps where lines cross so far behind others, so wide; what faces hide is dashed. */
 const PIECE = 9, BEHIND = 5, GAP = 3.2, HIDDEN = "1.2 3,2.5", CORNERS = 28, ORIGIN = [0, 0, 0];
@@ -26,15 +26,12 @@ function circleOf([middle, pole, rim]) {
 /** A way as a mirror across a direction shows it. */
 const mirrored = (way, across) => plus(way, across, -2 * along3(way, across));
 
-/** Twice the area between two ways on the sheet, positive to the left of the first one. */
-const turned = (a, b) => a[0] * b[1] - a[1] * b[0];
-
 /** Corners on the sheet of a facet, as `Facet.flat` has them; null where it is not seen. */
 export function flatOf(kind, size, places) {
   const [shape, round] = kind.split(" ");
   if (shape === "face" || shape === "hatch") {
     const ways = [1, 2].map((k) => plus(places[k], places[0], -1));
-    if ((round ? ways[0][2] : turned(...ways)) <= 0) return null;
+    if ((round ? ways[0][2] : moment(...ways)) <= 0) return null;
   }
   const all = round ? Array.from({ length: places.length / 3 }, (_, k) => circleOf(places.slice(3 * k, 3 * k + 3))).flat() : places;
   if (shape === "hull") return hull(all);
@@ -221,9 +218,9 @@ export class SpaceDiagram extends View {
   /** Gaps in lines that pass well behind a line, away from the ends of both. */
   gaps(line, lines, faces) {
     for (const behind of lines) {
-      const [[p, q], [r, s]] = [line, behind].map(({ places }) => places), u = plus(q, p, -1), v = plus(s, r, -1), cross = turned(u, v);
+      const [[p, q], [r, s]] = [line, behind].map(({ places }) => places), u = plus(q, p, -1), v = plus(s, r, -1), cross = moment(u, v);
       if (Math.abs(cross) < 1e-9) continue;
-      const w = plus(r, p, -1), t = turned(w, v) / cross, k = turned(w, u) / cross, at = plus(p, u, t), size = Math.hypot(u[0], u[1]);
+      const w = plus(r, p, -1), t = moment(w, v) / cross, k = moment(w, u) / cross, at = plus(p, u, t), size = Math.hypot(u[0], u[1]);
       if (t < 0 || t > 1 || k < 0 || k > 1 || at[2] - (r[2] + k * v[2]) < BEHIND) continue;
       if (faces.some((face) => insideOf(at, face.places)) || [p, q, r, s].some((end) => Math.hypot(end[0] - at[0], end[1] - at[1]) < 2 * GAP)) continue;
       const half = 0.5 * Number(behind.look.split(" ")[2]) + 2;

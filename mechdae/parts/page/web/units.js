@@ -1,7 +1,6 @@
 /** Numbers as they are shown: degrees and millimetres. */
 
-const FACTORS = { rad: [180 / Math.PI, "°"], "rad/s": [1, "rad/s"], "rad/s2": [1, "rad/s²"], m: [1000, "mm"], "m/s": [1, "m/s"],
-  "m/s2": [1, "m/s²"], s: [1, "s"], 1: [1, ""], "": [1, ""] };
+const FACTORS = { rad: [180 / Math.PI, "°"], m: [1000, "mm"], 1: [1, ""] };
 
 const NAMES = {};
 let decimalMark = ".";
