@@ -29,7 +29,7 @@ from mechdae.motion.kinematics.report import report
 from mechdae.motion.kinematics.sweep import run as followed
 from mechdae.parts.page import efforts, lesson, link, live, scenes
 from mechdae.parts.page import page_drivers as ways
-from mechdae.parts.page.programs.javascript import NotPrintable
+from mechdae.parts.page.programs.javascript import NotPrintable, tables
 from mechdae.records import dataclass, public
 from mechdae.results import Result, plain
 from mechdae.tasks.solve import solve
@@ -235,17 +235,18 @@ def _page(problem: Problem, name: str, lang: str, names: tuple[str, ...], file: 
         data["unit_names"] = {**table("units"), " ": "·"}
     if units:
         data["shown"] = {si: [shown.factor, shown.name] for si, shown in units.by_si.items()}
-    tables: Json | None = None
+    kernels: Json | None = None
     if setting is not None and run is not None and not reason:
         try:
-            tables = _make_live(data, problem, setting, run, found)
+            kernels = _make_live(data, problem, setting, run, found)
         except NotPrintable as error:
             data |= {"live": False, "reason": str(error)}
     if not data["live"] and isinstance(task, Sweep) and result.status.size > MOST_RECORDED:
         data["reason"] += link.said("poses", lang, some=MOST_RECORDED, all=result.status.size)
     if not data["live"]:
         result = smooth(result, _ways)
-    data = {"driver": _driver(result), "status": [str(status) for status in result.status]} | data
+    shown: Json = {"driver": _driver(result), "status": [str(own) for own in result.status]}
+    data = shown | data  # of several drivers it has its own
     values = data["driver"]["values"] if data["live"] else range(len(result.status))
     seen, places = result, np.asarray(values, float)
     driver = getattr(task, "driver", None)
@@ -271,7 +272,7 @@ def _page(problem: Problem, name: str, lang: str, names: tuple[str, ...], file: 
         raise InputError(
             "no point of the task assembles, or it asks for none", where=f"tasks.{name}"
         )
-    return Page(link.linked(data, tables, main, drawing), data)
+    return Page(link.linked(data, kernels, main, drawing), data)
 
 
 def _make_live(
@@ -285,11 +286,12 @@ def _make_live(
     loaded, drivers = found.loaded, ways.drivers_of(setting, found.result)
     statics = None if loaded is None else loaded.statics
     acting = {} if statics is None else efforts.functions(statics)
-    sliders = live.sliders_of(setting, set() if statics is None else efforts.used(statics))
+    acted = set() if statics is None else efforts.used(statics)
+    sliders = live.numbers_that_move(setting, acted)[: live.MOST_SLIDERS]
     crossing, transmit = lesson.transmission(setting)
     model = setting.scene.model
     more = {**acting, **ways.functions(setting), "transmit": transmit}
-    kernels = live.kernels(ways.followed_by(setting), model, sliders, more)
+    kernels, layout = live.kernels(ways.followed_by(setting), model, sliders, more)
     values = dict(zip(model.p_names, model.p_values.tolist(), strict=True))
     dimensions, shape = lesson.dimensions_of(
         setting, sliders, [values[number] for number in sliders]
@@ -302,7 +304,7 @@ def _make_live(
     rows_of_checks = _telling(run)
     rates = [float(np.atleast_2d(rate)[0, plan.lead]) for rate in (plan.speed, plan.acceleration)]
     data |= {
-        "kernels": kernels.layout,
+        "kernels": layout,
         "entries": live.entries_of(setting),
         "sliders": [
             {**_slider(problem.mechanism, name, values[name]), "key": keys.get(name, "")}
@@ -333,7 +335,7 @@ def _make_live(
         way = data["way"]
         moving = drivers[way["driver"]] if way["kind"] == "alone" else way
         data["driver"] = {"name": moving["name"], "unit": moving["unit"], "values": plain(places)}
-    return kernels.tables
+    return tables(kernels)
 
 
 def _telling(run: Run) -> list[int]:

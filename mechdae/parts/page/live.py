@@ -21,8 +21,7 @@ from mechdae.motion.continuation.path import Path
 from mechdae.motion.kinematics.prepared import Run, Setting
 from mechdae.motion.setup.outputs import RATES, Outputs
 from mechdae.parts.page import page_drivers as ways
-from mechdae.parts.page.programs.javascript import Operations, operations_of, script, tables
-from mechdae.records import dataclass
+from mechdae.parts.page.programs.javascript import Operations, operations_of
 from mechdae.types import Graph, Json
 
 MOST_SLIDERS = 24
@@ -32,24 +31,6 @@ FAR = 2.5
 
 MORE_TRIES = 4
 """Tries of steps that the page may make for each of Python's, which also has longer steps."""
-
-
-@dataclass(frozen=True)
-class PrintedKernels:
-    """Functions by their operations, and where each has its inputs and outputs."""
-
-    functions: dict[str, Operations]
-    layout: Json
-
-    @property
-    def text(self) -> str:
-        """A script that gives the functions by their names."""
-        return script(self.functions)
-
-    @property
-    def tables(self) -> Json:
-        """What ``web/compile.js`` makes the same script of."""
-        return tables(self.functions)
 
 
 def why_recorded(setting: Setting | None, run: Run | None, task: Task) -> str:
@@ -76,8 +57,10 @@ def why_recorded(setting: Setting | None, run: Run | None, task: Task) -> str:
 
 def kernels(
     graphs: Graphs, model: Model, sliders: Sequence[str], more: Mapping[str, object]
-) -> PrintedKernels:
+) -> tuple[dict[str, Operations], Json]:
     """Return the functions that the page calls, with `more` by their names there.
+
+    The second table is where each has its inputs and outputs.
 
     Raises
     ------
@@ -109,7 +92,7 @@ def kernels(
     layout = {name: {"in": part.inputs, "out": part.outputs} for name, part in parts.items()}
     share = turned(graphs) if graphs.scene.model.mechanism.dimension == 3 else 0
     others = {"slopes_at": [rows, columns], "looks_at": at, "turned": share}
-    return PrintedKernels(parts, layout | others)
+    return parts, layout | others
 
 
 def looks_of(model: Model) -> tuple[list[list[str]], Graph]:
@@ -176,11 +159,6 @@ def slopes_of(graphs: Graphs) -> tuple[list[int], list[int], Graph]:
     rows, columns = slope.sparsity().get_triplet()
     made = ca.Function("slopes", at, [ca.densify(entries), ca.densify(rounding)])
     return list(rows), list(columns), made
-
-
-def sliders_of(setting: Setting, forces: set[int]) -> list[str]:
-    """Return the parameters that have sliders."""
-    return numbers_that_move(setting, forces)[:MOST_SLIDERS]
 
 
 def numbers_that_move(setting: Setting, forces: set[int]) -> list[str]:

@@ -8,7 +8,7 @@ from pathlib import Path
 from mechdae.errors import UnavailableError
 from mechdae.parts.page import link, live
 from mechdae.parts.page import page_drivers as ways
-from mechdae.parts.page.programs.javascript import NotPrintable
+from mechdae.parts.page.programs.javascript import NotPrintable, script
 from mechdae.parts.page.programs.kernel_functions import KernelSource, head_lines, kernel_source
 from mechdae.tasks import ExportedMotion
 from mechdae.types import Json
@@ -28,10 +28,10 @@ def js(motion: ExportedMotion) -> dict[str, str]:
     source = kernel_source(motion)
     try:
         graphs = source.setting.graphs if source.setting.graphs.single else source.graphs
-        made = live.kernels(graphs, source.setting.scene.model, source.names, {})
+        kernels, layout = live.kernels(graphs, source.setting.scene.model, source.names, {})
     except NotPrintable as error:
         raise UnavailableError(str(error), hint="export --format c") from None
-    data = json.dumps(_data(source, made.layout), ensure_ascii=False, allow_nan=False)
+    data = json.dumps(_data(source, layout), ensure_ascii=False, allow_nan=False)
     head = "".join(f" * {line}\n".replace(" \n", "\n") for line in head_lines(source))
     text = (
         f"/*\n{head}"
@@ -39,7 +39,7 @@ def js(motion: ExportedMotion) -> dict[str, str]:
         " * mechanism.pose(s).values; mechanism.set({name: value});\n"
         " */\n"
         f"const DATA = {data};\n"
-        f"const KERNELS = {made.text};\n"
+        f"const KERNELS = {script(kernels)};\n"
         f"{link.modules('path')}{TAIL.read_text(encoding='utf-8')}"
     )
     return {"": text}

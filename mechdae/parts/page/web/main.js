@@ -253,21 +253,24 @@ class App {
    */
   hurried(theta) {
     if (!(this.cost > FRAME) || !this.session.hurry(theta)) return false;
+    this.rest();
+    return true;
+  }
+
+  /** Follow and draw the whole range when nothing changes any more. */
+  rest(fitted = true) {
     clearTimeout(this.resting);
     this.resting = setTimeout(() => {
       const begun = performance.now();
       this.session.settle();
-      this.drawAll();
+      this.drawAll(fitted);
       this.cost = performance.now() - begun;
     }, 120);
-    return true;
   }
 
   /** Move several drivers so that a point follows the hand; curves come when it rests. */
   reached(columns, here) {
-    if (!this.session.reach(columns, here, (place) => this.diagram.flat(place))) return;
-    clearTimeout(this.resting);
-    this.resting = setTimeout(() => { this.session.settle(); this.drawAll(false); }, 120);
+    if (this.session.reach(columns, here, (place) => this.diagram.flat(place))) this.rest(false);
   }
 
   choose(label) {

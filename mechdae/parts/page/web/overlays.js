@@ -1,5 +1,6 @@
 /** What switches draw over the diagram: instant centres, transmission angles. */
 import { element } from "./view.js";
+import { written } from "./made.js";
 import { quantity } from "./units.js";
 
 /** A centre is drawn so far beside the picture [units]; radius of angles. */
@@ -61,7 +62,7 @@ export class Overlays {
     element("path", { d: `M${x - 4} ${y - 4}l8 8m0 -8l-8 8`, class: "centre" }, this.layer);
     element("circle", { cx: x, cy: y, r: 2.4, class: "centre" }, this.layer);
     const [right, down] = BEGINS.find(([u, v]) => letters.every(([a, b]) => Math.hypot(a - x - u - 8, b - y - v + 4) > ROOM)) || BEGINS[0];
-    element("text", { x: x + right, y: y + down, class: "centre-name" }, this.layer).textContent = `P${[...name].map((digit) => String.fromCharCode(0x2080 + Number(digit))).join("")}`;
+    element("text", { x: x + right, y: y + down, class: "centre-name" }, this.layer).textContent = written(`P${name}`);
   }
 
   angle({ joint, lines, angle }, places) {
