@@ -115,6 +115,17 @@ def test_a_slider_lights_its_dimension_and_its_link_and_back(opened):
     assert page.locator(".dimension.lit[data-of='2']").count() == 1
 
 
+def test_a_chip_marks_what_is_drawn_of_its_part_alone(opened):
+    """Two joints of three links are one pin, which belongs to both."""
+    page = opened("gorshkov-seven-link", **SCREEN)
+    page.click("#tab-curves")
+    for name, drawn in {"joint BE": "joint-BC-BE-pin", "joint E": "joint-E-pin"}.items():
+        page.get_by_label("add a curve").select_option(label=name)
+        page.locator(".chip").last.hover()
+        chosen = page.locator(".chosen").evaluate_all("(all) => all.map((own) => own.dataset.id)")
+        assert chosen == [drawn]
+
+
 LINES = """() => [...document.querySelectorAll(".dimension")].map((own) => [Number(own.dataset.of),
   own.querySelector(".main").getBBox().width])"""
 

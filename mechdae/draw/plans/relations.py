@@ -11,13 +11,13 @@ the gap of the relation.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from mechdae.describe.joints.joint import Joint
-from mechdae.describe.mechanism import GROUND
+from mechdae.describe.mechanism import GROUND, Mechanism
 from mechdae.draw.diagram.places import (
     JoinedScene,
     Place,
@@ -303,6 +303,17 @@ class Relations:
             for kind, mark, vector in parts
         )
         return Relation(body, gid, self.symbol, start, end, terms, STILL * self.size)
+
+
+def joints_of(mechanism: Mechanism, order: Mapping[str, int], bodies: tuple[str, ...]) -> list[str]:
+    """Return the joints that a group brings: of its bodies with it or with earlier ones."""
+    mine = max((order[body] for body in bodies), default=0)
+    return [
+        joint.name
+        for joint in mechanism.joints.values()
+        if {joint.first_body, joint.second_body} & set(bodies)
+        and all(order.get(body, len(order)) <= mine for body in joint.bodies)
+    ]
 
 
 def groups_of(result: SweepResult, scene: JoinedScene) -> list[tuple[str, tuple[str, ...]]]:

@@ -12,11 +12,10 @@ import numpy as np
 from mechdae.describe import GROUND, Mechanism
 from mechdae.describe.coordinates import coordinate
 from mechdae.describe.expression import names_in
-from mechdae.draw.diagram.scene import choose_pose, read_scene
+from mechdae.draw.plans.rates import Rates
 from mechdae.draw.plans.rates_in_space import RatesInSpace
-from mechdae.draw.plans.relations import Relations, Spot
-from mechdae.draw.space.pose_choice import choose
-from mechdae.draw.space.spatial_scene import read_spatial
+from mechdae.draw.plans.relations import Relations, Spot, joints_of
+from mechdae.draw.poses import seen
 from mechdae.equations.parameters import parameters_of
 from mechdae.motion.kinematics.prepared import Setting
 from mechdae.motion.measures.transmission import dyads
@@ -139,15 +138,9 @@ def groups_of(result: Result) -> Json:
     An equation leads from one spot to another, on a link or past the slide of a ``joint``; a spot
     is a body, its point or the joint under whose second point it is, and a letter.
     """
-    sweep = cast("SweepResult", result)
-    if result.mechanism.dimension == 3:
-        space = read_spatial(sweep)
-        pose = choose(space, result.kind, None, None)[0]
-        relations = Relations(sweep, space, pose, "velocity", RatesInSpace)
-    else:
-        flat = read_scene(result)
-        relations = Relations(sweep, flat, choose_pose(flat, result.kind), "velocity")
-    scene = relations.scene
+    here, mechanism = seen(result), result.mechanism
+    sweep, rates = cast("SweepResult", result), RatesInSpace if here.in_space else Rates
+    relations = Relations(sweep, here.scene, here.pose, "velocity", rates)
 
     def listed(spot: Spot) -> list[str]:
         return [spot.body, spot.reference, spot.letter]
@@ -163,21 +156,15 @@ def groups_of(result: Result) -> Json:
             for body in bodies
             for equation in relations.of(body, bodies)
         ]
-        joints = [
-            joint.name
-            for joint in scene.mechanism.joints.values()
-            if {joint.first_body, joint.second_body} & set(bodies)
-            and max(relations.order.get(body, len(relations.order)) for body in joint.bodies)
-            <= relations.order[bodies[0]]
-        ]
+        joints = joints_of(mechanism, relations.order, bodies)
         groups.append({"name": name, "bodies": list(bodies), "joints": joints, "all": equations})
-    lead = coordinate(scene.mechanism, next(iter(result.drivers))).part if result.drivers else ""
+    lead = coordinate(mechanism, next(iter(result.drivers))).part if result.drivers else ""
     return {
         "groups": groups,
         "spots": [listed(spot) for spot in relations.spots],
         "letters": relations.letters,
         "numbers": relations.numbers,
-        "bars": bars_of(scene.mechanism, lead),
+        "bars": bars_of(mechanism, lead),
     }
 
 

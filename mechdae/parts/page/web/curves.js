@@ -1,7 +1,7 @@
 /** Curves of what is chosen in the diagram: a quantity and its two rates, one panel each. */
 import { Chart, SILENCE } from "./chart.js";
 import { bareAngle, pinned } from "./session.js";
-import { lightable, whenLit } from "./light.js";
+import { lightable, mark, whenLit } from "./light.js";
 import { find, made, written } from "./made.js";
 import { element } from "./view.js";
 import { sentence, words } from "./words.js";
@@ -136,12 +136,4 @@ export function forceThings(app) {
 }
 
 /** Light the part of the diagram whose chip is pointed at. */
-export function lightThings(diagram) {
-  whenLit((id) => {
-    const part = id.startsWith("thing-") ? id.slice(6) : "";
-    for (const own of diagram.svg.querySelectorAll("[data-id]")) {
-      const name = own.getAttribute("data-id");
-      if (part || own.classList.contains("chosen")) own.classList.toggle("chosen", Boolean(part) && [`body-${part}`, `joint-${part}`, `point-${part}`].some((start) => name === start || name.startsWith(`${start}-`)));
-    }
-  });
-}
+export const lightThings = ({ svg }) => whenLit((id) => mark(svg, "chosen", ["body", "joint", "point"], id.startsWith("thing-") ? [id.slice(6)] : []));

@@ -1,6 +1,6 @@
 /** Sliders of the dimensions, and their dimension lines in the diagram, which light up with each other. */
 import { element } from "./view.js";
-import { lightable, whenLit } from "./light.js";
+import { lightable, mark, whenLit } from "./light.js";
 import { find, made, rowOf, written } from "./made.js";
 import { SliderRow } from "./slider.js";
 import { sentence, words } from "./words.js";
@@ -64,11 +64,7 @@ export class Dimensions {
   /** Light the parts that a number belongs to, and its line where not all are drawn. */
   show(id) {
     const { data, diagram } = this.app, k = id.startsWith("dim-") ? Number(id.slice(4)) : -1;
-    const parts = k < 0 ? [] : data.lesson.dimensions[k].parts;
-    for (const own of diagram.svg.querySelectorAll("[data-id]")) {
-      const [kind, name] = own.getAttribute("data-id").split("-");
-      own.classList.toggle("bright", ["body", "joint", "load", "mass"].includes(kind) && parts.includes(name));
-    }
+    mark(diagram.svg, "bright", ["body", "joint", "load", "mass"], k < 0 ? [] : data.lesson.dimensions[k].parts);
     this.one = k;
     if (this.places) this.frame();
   }

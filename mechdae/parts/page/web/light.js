@@ -27,3 +27,12 @@ export function light(id) {
 
 /** Tell somebody what is lit. */
 export function whenLit(tell) { tellers.push(tell); }
+
+/** Mark what is drawn of some parts with a class: names are kind-part-look, of pins that are one kind-part-part-look. */
+export function mark(svg, look, kinds, parts) {
+  for (const own of svg.querySelectorAll("[data-id]")) {
+    const [kind, ...names] = own.getAttribute("data-id").split("-");
+    if (names.length > 1) names.pop();
+    own.classList.toggle(look, kinds.includes(kind) && names.some((name) => parts.includes(name)));
+  }
+}

@@ -100,7 +100,7 @@ def _facts(subject: Subject, bodies: tuple[str, ...]) -> Iterator[tuple[str, tup
     yield from facts_of(subject, bodies)
     driven = set(subject.result.drivers)
     sought = [f"φ{subject.numbers[body]}" for body in bodies if f"{body}.angle" not in driven]
-    for joint in joints_of(subject, bodies):
+    for joint in subject.joints_of(bodies):
         if "slide" in (subject.result.joints.get(joint) or {}):
             sought.append(f"s ({joint})")
     yield say("sought"), (", ".join(sought),)
@@ -129,7 +129,7 @@ def _positions(subject: Subject, bodies: tuple[str, ...]) -> Iterator[Passage]:
             for relation in relations.of(body, group_of(subject, body)):
                 if relation.body in subject.scene.mechanism.bodies:
                     yield from _closure(relation)
-    yield from found_by(subject, bodies, joints_of(subject, bodies))
+    yield from found_by(subject, bodies, subject.joints_of(bodies))
     yield from solved_values(subject, _placed(subject, bodies))
 
 
@@ -153,7 +153,7 @@ def _placed(subject: Subject, bodies: tuple[str, ...]) -> Iterator[tuple[Part, P
     for body in bodies:
         turn = float(subject.scene.angles[body][subject.pose])
         yield Letter("φ", (str(subject.numbers[body]),)), number(degrees(turn), "°", 8)
-    for joint in joints_of(subject, bodies):
+    for joint in subject.joints_of(bodies):
         series = subject.result.joints.get(joint) or {}
         if "slide" in series:
             value = subject.value(series, "slide")
@@ -171,18 +171,6 @@ def solved_values(subject: Subject, rows: Iterator[tuple[Part, Part]]) -> Iterat
         yield Note(tuple(parts))
 
 
-def joints_of(subject: Subject, bodies: tuple[str, ...]) -> list[str]:
-    """Return the joints that the group brings: of its bodies with it or with earlier ones."""
-    order = subject.order
-    mine = max((order[body] for body in bodies), default=0)
-    return [
-        joint.name
-        for joint in subject.scene.mechanism.joints.values()
-        if {joint.first_body, joint.second_body} & set(bodies)
-        and all(order.get(body, len(order)) <= mine for body in joint.bodies)
-    ]
-
-
 def group_of(subject: Subject, body: str) -> tuple[str, ...]:
     return next(members for _, members in subject.groups if body in members)
 
@@ -197,13 +185,13 @@ def _rates(subject: Subject, word: str, bodies: tuple[str, ...]) -> Iterator[Pas
         for relation in relations.of(body, group_of(subject, body)):
             any_found = True
             yield from _relation(subject, relations, relation, word)
-    for joint in joints_of(subject, bodies):
+    for joint in subject.joints_of(bodies):
         for formula in _meshed(subject, joint, word):
             any_found = True
             yield formula
     if not any_found:
         yield Note((subject.say("no relation"),))
-    yield from system_of(subject, word, bodies, joints_of(subject, bodies), UNITS[word])
+    yield from system_of(subject, word, bodies, subject.joints_of(bodies), UNITS[word])
     yield from solved_values(subject, _rated(subject, word, bodies))
 
 
@@ -368,7 +356,7 @@ def _rated(subject: Subject, word: str, bodies: tuple[str, ...]) -> Iterator[tup
         if np.isfinite(value):
             yield Letter(symbol, (str(subject.numbers[body]),)), number(value, unit, 8)
     letter, key = SLIDES[word]
-    for joint in joints_of(subject, bodies):
+    for joint in subject.joints_of(bodies):
         value = subject.value(subject.result.joints.get(joint) or {}, key)
         if np.isfinite(value):
             yield Letter(letter, (joint,)), number(value, UNITS[word], 8)

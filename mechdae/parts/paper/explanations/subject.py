@@ -9,7 +9,7 @@ import numpy as np
 
 from mechdae.describe import GROUND
 from mechdae.draw.diagram.scene import Array, DrawnScene
-from mechdae.draw.plans.relations import Relations, groups_of, named_group
+from mechdae.draw.plans.relations import Relations, groups_of, joints_of, named_group
 from mechdae.parts.paper.phrases import Phrases
 from mechdae.records import dataclass
 
@@ -46,6 +46,10 @@ class Subject:
         return {body: k for k, (_, group) in enumerate(self.groups) for body in group} | {
             GROUND: -1
         }
+
+    def joints_of(self, bodies: tuple[str, ...]) -> list[str]:
+        """Return the joints that a group of bodies brings."""
+        return joints_of(self.scene.mechanism, self.order, bodies)
 
     def group(self, wanted: str | None) -> list[tuple[str, tuple[str, ...]]]:
         """Return all groups, or the one of that name or beginning of a name."""

@@ -30,7 +30,7 @@ from mechdae.draw.plans.relations import distinct_letters
 from mechdae.draw.space.pose_choice import choose
 from mechdae.draw.space.spatial_scene import SpatialScene, read_spatial
 from mechdae.draw.space.viewpoint import Array
-from mechdae.parts.paper.explanations.motion import group_of, joints_of
+from mechdae.parts.paper.explanations.motion import group_of
 from mechdae.parts.paper.explanations.subject import Subject
 from mechdae.records import dataclass
 
@@ -194,7 +194,7 @@ class SpatialGroup:
         self.subject, self.bodies = subject, bodies
         self.mechanism: Mechanism = subject.scene.mechanism
         self.joints: list[Joint] = [
-            self.mechanism.joints[name] for name in joints_of(subject, bodies)
+            self.mechanism.joints[name] for name in subject.joints_of(bodies)
         ]
         self._sizes: dict[str, float] = {}
         self.arms: list[tuple[str, str]] = [arm for body in bodies for arm in self._arms(body)]
