@@ -381,6 +381,25 @@ console.log(JSON.stringify(csvText(session)));
         assert found == pytest.approx(wanted, abs=1e-9 * np.abs(wanted).max())
 
 
+IMPORTED = re.compile(r'^import \{([^}]*)\} from "(\.{1,2}/[\w/]+\.js)";', re.M)
+
+
+def test_imports_are_exported_and_used():
+    """Modules become one script: what another one does not have would fail when it is run."""
+    texts = {file.resolve(): file.read_text(encoding="utf-8") for file in WEB.rglob("*.js")}
+    found = 0
+    for file, text in texts.items():
+        for imported, other in IMPORTED.findall(text):
+            exported = texts[(file.parent / other).resolve()]
+            for name in re.findall(r"\w+", imported):
+                found += 1
+                assert re.search(
+                    rf"^export .*\b(const|let|class|function) {name}\b", exported, re.M
+                )
+                assert len(re.findall(rf"\b{name}\b", text)) > 1, (file.name, name)
+    assert found > 200
+
+
 def names_of(text):
     """Return the names that a module declares on its top level."""
     constants = re.findall(r"^(?:export )?const (?!\{)[^({\n]*;$", text, re.M)

@@ -18,7 +18,7 @@ import { TOOLS } from "./edit/tools.js";
 import { trialOf } from "./edit/trial.js";
 import { digits, displayed, quantity, showIn } from "./units.js";
 import { element, fromLine } from "./view.js";
-import { sentence, words } from "./words.js";
+import { words } from "./words.js";
 
 /** Units that are shown as files have them: in SI, keys, suffixes with names, the usual one first. */
 const MEASURES = [["m", "", { _mm: "mm", _cm: "cm", _in: "in", _ft: "ft" }], ["rad/s", "speed", { _rad_s: "rad/s", _rpm: "rpm", _deg: "°/s", _hz: "turns/s" }]];

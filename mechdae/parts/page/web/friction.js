@@ -11,7 +11,7 @@ export const apart = (a, b) => most(a.map((value, k) => value - b[k])) / Math.ma
 /** Linear forms of a group: `start[j]` is a list, `slope[j][row][k]`. @returns values at sizes m */
 function formsAt({ start, slope }, m) { return start.map((own, j) => own.map((value, i) => value + dot(slope[j][i], m))); }
 
-export function sizesOf(laws, forms) {
+function sizesOf(laws, forms) {
   return forms.map((own, j) => (laws[j] === "length" ? Math.hypot(...own) : Math.max(...own)));
 }
 

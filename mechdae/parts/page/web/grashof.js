@@ -7,7 +7,7 @@ import { quantity } from "./units.js";
 const EQUAL = 1e-9;
 
 /** Lengths of a four-bar in the order driven link, coupler, last link, ground; of a slider-crank crank, rod, offset. Null of others. */
-export function barsOf(session) {
+function barsOf(session) {
   const { bars } = session.data.lesson;
   const pose = session.poses.find((own) => own.y), places = pose && session.places_of(pose);
   if (!bars || !pose) return null;

@@ -9,7 +9,7 @@ const BESIDE = 400, ARC = 24, LEG = 44, MANY = 6;
 const BEGINS = [[7, -6], [7, 15], [-24, -6], [-24, 15]], ROOM = 16, INSIDE = [40, 12];
 
 /** Instant centres of pairs of bodies: names and place; none where they turn alike. */
-export function centresOf(session, pose, numbers) {
+function centresOf(session, pose, numbers) {
   const known = new Map([["ground", { place: [0, 0], v: [0, 0], w: 0 }]]);
   const { entries, scene } = session.data;
   for (const { name } of scene.bodies) {
@@ -30,7 +30,7 @@ export function centresOf(session, pose, numbers) {
 }
 
 /** Transmission angles of a pose: joint, the angle from 0 to a right one, both lines. */
-export function transmissionOf(session, pose) {
+function transmissionOf(session, pose) {
   const { motion, data } = session, names = data.lesson.transmission;
   if (!names.length || !pose.x || pose.place === null) return [];
   const [rows] = motion.kernels.transmit.run(pose.x, motion.way.u(pose.place), motion.p);

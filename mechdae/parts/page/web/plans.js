@@ -41,7 +41,7 @@ export class Plans {
 export const planSheet = (label) => element("svg", { class: "plan", role: "img", "aria-label": label });
 
 /** Write a symbol with its indices into a picture. */
-export function letterIn(group, x, y, [letter, low, high], anchor = "middle") {
+function letterIn(group, x, y, [letter, low, high], anchor = "middle") {
   const text = element("text", { x: x.toFixed(1), y: y.toFixed(1), class: "vector-name", "text-anchor": anchor }, group);
   const part = (value, dx, dy, kind) => { element("tspan", { dx, dy, class: kind }, text).textContent = value; };
   part(letter, 0, 0, "big");

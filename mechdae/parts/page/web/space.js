@@ -27,7 +27,7 @@ function circleOf([middle, pole, rim]) {
 const mirrored = (way, across) => plus(way, across, -2 * along3(way, across));
 
 /** Corners on the sheet of a facet, as `Facet.flat` has them; null where it is not seen. */
-export function flatOf(kind, size, places) {
+function flatOf(kind, size, places) {
   const [shape, round] = kind.split(" ");
   if (shape === "face" || shape === "hatch") {
     const ways = [1, 2].map((k) => plus(places[k], places[0], -1));

@@ -70,7 +70,7 @@ function shapeOf([name, look, ...more]) {
 }
 
 /** Where a label is in its frame: [share, x, y] between the rows of a way's shares that it glides between. */
-export function spotAt(rows, share) {
+function spotAt(rows, share) {
   const k = rows.findIndex(([at]) => at > share);
   if (k < 1) return rows[k ? rows.length - 1 : 0];
   const [a, b] = [rows[k - 1], rows[k]], t = (share - a[0]) / (b[0] - a[0]);

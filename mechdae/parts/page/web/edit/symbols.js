@@ -1,5 +1,5 @@
 /** What is drawn of a sketch, put together from the symbols of `draw/fragments.py`. */
-import { bodyOf, pointOf } from "./mechanism.js";
+import { bodyOf } from "./mechanism.js";
 import { fromLine, hull } from "../view.js";
 
 /** A cylinder's tube beside its whole length in the drawn pose, and half its width. */
