@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
+import re
 
 import numpy as np
 import pytest
 
 import mechdae as md
 from tests.reference import burmester
-from tests.reference.coupler_curves import beyond, drawn_four_bar, off
+from tests.reference.coupler_curves import beyond, drawn_four_bar, drawn_geared_five_bar, off
 from tests.shared.browser import CHROMIUM
 from tests.shared.finding import Finding
 
@@ -182,6 +183,24 @@ def test_curves_of_random_four_bars_come_back(finding, full):
         times.append(seconds)
     assert back == 8 or (not full and back >= 6)
     assert np.median(times) < 2.0
+
+
+@pytest.mark.parametrize("ratio", [-2])
+def test_curves_of_geared_five_bars_come_back_with_their_gears(finding, tmp_path, ratio):
+    finding.atlas()
+    curve = drawn_geared_five_bar(np.random.default_rng(1), ratio)
+    found, _ = finding.curve(curve)
+    best = next(k for k, own in enumerate(found) if own["class"] == "geared" and own["good"])
+    assert found[best]["error"] < 0.01
+    thumb = finding.page.locator(".linkage").nth(best)
+    thumb.click()
+    (shown,) = re.findall(r"\(i = (-?\d)\)", thumb.inner_text())
+    file = tmp_path / "geared.toml"
+    file.write_text(finding.page.evaluate("mechdae.toml()"), encoding="utf-8")
+    assert f"ratio = {shown}" in file.read_text(encoding="utf-8")
+    result = md.solve(file, "window")
+    assert set(result.status) == {"ok"}
+    assert off(curve, result.points["coupler.P"].position @ [1, 1j]) < 0.01
 
 
 def test_curves_that_six_bars_trace_are_found(finding):

@@ -1,4 +1,4 @@
-"""Coupler curves of four-bars drawn at random, and how far closed curves are apart, with NumPy."""
+"""Coupler curves of linkages drawn at random, and how far closed curves are apart, with NumPy."""
 
 from __future__ import annotations
 
@@ -48,6 +48,28 @@ def drawn_four_bar(generator, count=240, full=True, size=0.1):
         height = side * np.sqrt(np.maximum(bar**2 - along**2, 0))
         end = pin + (along + 1j * height) * rest / np.abs(rest)
         return size * evenly(pin + (point - a) / (b - a) * (end - pin), count)
+
+
+def drawn_geared_five_bar(generator, ratio, count=240, size=0.05):
+    """Return the closed curve (count,), complex, of a five-bar whose second crank is geared.
+
+    The first crank has the length 1 and turns fully, the second one `ratio` times as fast.
+    """
+    turn = np.linspace(0, 2 * np.pi, 20_000, endpoint=False)
+    while True:
+        second, ground, bar, rod = np.exp(
+            generator.uniform([-1, -0.5, 0.2, 0.2], [0.5, 1.3, 1.5, 1.5])
+        )
+        phase, aside = generator.uniform(-np.pi, np.pi, 2)
+        pin = np.exp(1j * turn)
+        rest = ground + second * np.exp(1j * (ratio * turn + phase)) - pin
+        far = np.abs(rest)
+        if far.min() < 1.05 * abs(bar - rod) or far.max() > 0.95 * (bar + rod):
+            continue
+        along = (bar**2 - rod**2 + far**2) / (2 * far)
+        way = (along + 1j * np.sqrt(bar**2 - along**2)) * rest / far
+        point = generator.uniform(0.2, 1.5) * np.exp(1j * aside)
+        return size * evenly(pin + point * way, count)
 
 
 def beyond(curve, way):

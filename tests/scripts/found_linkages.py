@@ -25,13 +25,14 @@ from matplotlib.textpath import TextPath
 import mechdae as md
 from benchmarks.compositions import CURVES
 from mechdae.parts.types.schemes.shape import Wanted, distances
-from tests.reference.coupler_curves import drawn_four_bar, evenly, off
+from tests.reference.coupler_curves import drawn_four_bar, drawn_geared_five_bar, evenly, off
 from tests.shared.browser import ARGUMENTS, CHROMIUM
 from tests.shared.finding import Finding
 from tests.shared.paths import ROOT
 
 LETTERS = "CDLSUV"
-TURNING, SWINGING, STARTS, SEED = 200, 24, 20, 5
+TURNING, SWINGING, GEARED, STARTS, SEED = 200, 24, 10, 20, 5
+RATIOS = (-1, 1, -2, 2)
 LIMIT = 0.01
 HEAD = (
     "| curve | first three, class and error | best of twelve | s | `mechdae synthesize`, error | s "
@@ -138,6 +139,9 @@ def measured(folder):
         figures["letters"] = {name: single(finding, letter(name), folder) for name in LETTERS}
         figures["turning"] = summed([came_back(finding, own) for own in drawn(TURNING, True)])
         figures["swinging"] = summed([came_back(finding, own) for own in drawn(SWINGING, False)])
+        generator = np.random.default_rng(SEED)
+        wheels = [drawn_geared_five_bar(generator, own) for own in RATIOS for _ in range(GEARED)]
+        figures["geared"] = summed([came_back(finding, own) for own in wheels])
         assert finding.said == [], finding.said
         browser.close()
     return figures
@@ -148,7 +152,7 @@ def percent(error):
 
 
 def told(row):
-    names = {"watt": "Watt I", "stephenson": "Stephenson III"}
+    names = {"watt": "Watt I", "stephenson": "Stephenson III", "geared": "geared five-bar"}
     return f"{names.get(row['class'], row['class'])} {percent(row['error'])}"
 
 
@@ -181,13 +185,14 @@ def table(figures):
 
 def sentence(figures):
     """Return what the page says of curves that come back."""
-    turning, swinging = figures["turning"], figures["swinging"]
+    turning, swinging, geared = (figures[name] for name in ("turning", "swinging", "geared"))
     return (
         f"Of {turning['curves']} curves of random four-bars whose crank turns, "
         f"{turning['within']} come back within 1 % of their size, in "
         f"{turning['median_seconds']:.1f} s by the median and {turning['largest_seconds']:.1f} s "
         f"at most;\nof {swinging['curves']} of four-bars whose links all swing "
-        f"{swinging['within']}. The atlas takes {figures['atlas_seconds']:.1f} s."
+        f"{swinging['within']}; of {geared['curves']} of geared five-bars {geared['within']}. "
+        f"The atlas takes {figures['atlas_seconds']:.1f} s."
     )
 
 

@@ -23,7 +23,7 @@ const POINTS = Array.from({ length: POINTS_OF_EACH }, (_, k) => {
 
 export class Atlas {
   /** @param {number} linkages how many */
-  constructor(linkages = 16384) {
+  constructor(linkages = 20480) {
     this.wanted = linkages;
     this.linkages = [];
     this.numbers = new Int8Array(linkages * POINTS_OF_EACH * NUMBERS);
@@ -111,4 +111,4 @@ export class Atlas {
 }
 
 /** The length that points of the body are measured by. */
-const barOf = ({ family, x }) => Math.exp(FAMILIES[family].count > 3 ? x[7] : x[0]);
+const barOf = ({ family, x }) => Math.exp(FAMILIES[family].count > 5 ? x[7] : x[0]);

@@ -37,7 +37,7 @@ export function tracedWay(solution, frame) {
   for (const tau of beginnings(solution)) {
     const drawing = ofCurve(solution, tau, frame), run = drawing && followed(drawing);
     if (!run) return null;
-    const link = drawing.links[drawing.links.length > 3 ? 3 : 1].name;
+    const { id } = drawing.nodes.find(({ name }) => name === "P"), link = drawing.links.find(({ nodes }) => nodes.includes(id)).name;
     const places = run.poses.filter(({ y }) => y).map((pose) => run.places_of(pose)[`${link}.P`]);
     way.push(...(way.length ? places.reverse() : places));
   }

@@ -80,6 +80,19 @@ function dyadOn(rocking) {
   };
 }
 
+/** Five-bars whose second crank turns `ratio` times as fast as the first, by gears or a belt; x: logarithms of the coupler, the rod, the ground and the second
+ * crank, and the angle of this where the first is at 0. */
+const geared = (ratio) => (x, tau, U, V) => {
+  const [bar, rod, ground, second] = [Math.exp(x[0]), Math.exp(x[1]), Math.exp(x[2]), Math.exp(x[3])];
+  for (let k = 0; k < tau.length; k += 1) {
+    const c = Math.cos(tau[k]), s = Math.sin(tau[k]), turn = ratio * tau[k] + x[4];
+    U[2 * k] = c;
+    U[2 * k + 1] = s;
+    if (!barred(c, s, ground + second * Math.cos(turn), second * Math.sin(turn), bar, rod, 1, V, 2 * k)) return false;
+  }
+  return true;
+};
+
 /** Between two numbers. */
 const within = (low, high) => (share) => low + (high - low) * share;
 /** Between two lengths, as a logarithm, more often near both ends. */
@@ -101,6 +114,8 @@ const each = (ranges) => (shares) => ranges.map((range, k) => range(shares[k]));
 const onFourBar = (ranges) => (shares) => { const x = cranked(shares); return x && [...x, ...each(ranges)(shares.slice(3))]; };
 const SWINGS = within(-1.2, 1.2);
 
+const GEARED = each([within(0, 2), within(0, 2), within(-1.2, 1.8), within(-1.6, 0.8), within(-Math.PI, Math.PI)]);
+
 /** Names; how many numbers, and those of shares in (0, 1), or null; how many linkages are in the atlas, and how many turns in a search; `whole` where the driver turns fully. */
 export const FAMILIES = [
   { name: "four-bar", trace: turned, count: 3, numbers: cranked, share: 8, turns: 4, whole: true },
@@ -108,6 +123,7 @@ export const FAMILIES = [
   { name: "slider-crank", trace: sliding, count: 2, numbers: each([within(0.05, 2), within(0, 3)]), share: 1, turns: 1, whole: true },
   { name: "stephenson", trace: dyadOn(false), count: 9, numbers: onFourBar([...POINT, within(-5, 6), within(-5, 5), ...DYAD]), share: 2, turns: 1, whole: true },
   { name: "watt", trace: dyadOn(true), count: 9, numbers: onFourBar([...POINT, within(-4, 4), within(-4, 4), ...DYAD]), share: 2, turns: 1, whole: true },
+  ...[-1, 1, -2, 2].map((ratio) => ({ name: "geared", trace: geared(ratio), count: 5, numbers: GEARED, share: 1, turns: 0.5, whole: true, ratio })),
 ];
 
 /** The driver at a share of its way around, slower where crank and ground are in line: there points of nearly singular mechanisms hurry. */

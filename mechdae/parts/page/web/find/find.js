@@ -208,7 +208,7 @@ export class Finder {
       if (more && !enough && search.tried < FITS) setTimeout(step, 0);
       else {
         Object.assign(this, { tried: search.tried, fitted: performance.now() - this.begun });
-        this.waiting = search.found.map((own) => this.solutionOfCurve(own, search, points))
+        this.waiting = search.found.map((own) => this.solutionOfCurve(own, search, points)).filter(Boolean)
           .sort((a, b) => a.cost - b.cost).filter((own, k, all) => all.slice(0, k).filter(({ facts }) => facts.class === own.facts.class).length < OF_A_CLASS).slice(0, SHOWN);
         this.checked(round);
       }
@@ -216,9 +216,11 @@ export class Finder {
     step();
   }
 
+  /** A mechanism that was fitted, as a thumbnail shows it; null of one that does not assemble where its motion begins. */
   solutionOfCurve(own, search, points) {
-    const { wanted } = this, solution = { facts: factsOf(own), error: own.error, own, way: search.traced(own, 160), order: points && orderOf(own.times, own.family) };
-    solution.drawing = ofCurve(own, points ? own.times[0] : 0.3, search);
+    const { wanted } = this, drawing = ofCurve(own, points ? own.times[0] : 0.3, search);
+    if (!drawing) return null;
+    const solution = { drawing, facts: factsOf(own), error: own.error, own, way: search.traced(own, 160), order: points && orderOf(own.times, own.family) };
     const ways = solution.drawing.nodes.map(({ x, y }) => [x, y]).flat(), { angle } = solution.facts;
     solution.cost = Math.max(own.error, 3e-3) * (solution.drawing.links.length > 3 ? 2 : 1) * (1 + extent(Float64Array.from(ways)) / extent(wanted) / 8) * (angle < 0.25 ? 4 : 1);
     solution.check = () => { const run = missOfCurve(own, search, wanted, points); if (run) solution.way = run.way; return run && run.miss; };

@@ -18,7 +18,7 @@ function fitted(places) {
 
 /** What stands below the picture. */
 function aboutOf({ facts, order, error, miss, good }) {
-  const lines = [words(facts.class), `μ ≥ ${digits((facts.angle * 180) / Math.PI, 2)}°`];
+  const lines = [facts.ratio ? `${words(facts.class)} (i = ${facts.ratio})` : words(facts.class), `μ ≥ ${digits((facts.angle * 180) / Math.PI, 2)}°`];
   if (order) lines.push(facts.branch === false ? words("find_branches") : order.join(" "));
   if (error !== undefined) lines.push(`${words("find_error")} ${digits(100 * (miss ?? error), 2)} %`);
   if (miss !== undefined && facts.branch !== false) lines.push(words(good ? "find_checked" : "find_open"));
