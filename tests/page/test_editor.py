@@ -77,7 +77,7 @@ def said(page):
     ("steps", "clicks"),
     [(drawn.COUPLER, 12), (drawn.SLIDER_CRANK, 10), (drawn.WATT, 17), (drawn.GEARED, 14),
      (drawn.RACK, 13), (drawn.BELT, 14), (drawn.TOGGLE, 20), (drawn.SEVEN_LINK, 24),
-     (drawn.TRIAD, 21), (WELDED, 18), (drawn.CAM, 9)],
+     (drawn.TRIAD, 21), (WELDED, 18), (drawn.CAM, 11)],
     ids=["four-bar", "slider-crank", "Watt", "geared", "rack", "belt", "toggle", "seven-link",
          "triad", "welded", "cam"],
 )  # fmt: skip
@@ -497,6 +497,31 @@ def test_welds_and_bars_of_a_file_move_as_python_moves_them(drawing, tmp_path):
     for k, value in enumerate(values):
         assert page.evaluate(f"mechdae.set({value!r})") is True
         assert drawn.same(page, result, k)[0] > 20
+
+
+@in_browser
+def test_links_are_renamed_wherever_the_file_names_them(drawing, tmp_path):
+    """Headers, headers of their points, joints, the sketch; what is said stays."""
+    points = "points = { B = [0, 0], C = [0.03, 0.01], E = [0.06, -0.02] }"
+    head = "[bodies.arm]\nmass = 1  # of the arm\n[bodies.arm.points]\n"
+    head += points.removeprefix("points = { ").removesuffix(" }").replace("], ", "]\n")
+    text = WELDED_FILE.replace(f"arm.{points}\n", "")
+    text = text.replace("tail.points", f"{head}\n[bodies.tail]\npoints")
+    file = tmp_path / "headed.toml"
+    file.write_text(text, encoding="utf-8")
+    page = drawing(file)
+    before = page.evaluate("mechdae.pose().points")
+    middle = np.add(before["arm.C"], before["arm.E"]) * 500
+    page.mouse.click(*at(page, *middle.tolist()))
+    typed(page, "name", "lever")
+    text = page.evaluate("mechdae.toml()")
+    assert (text.count("arm"), text.count("# of the arm")) == (1, 1)
+    file.write_text(text, encoding="utf-8")
+    mechanism = md.load(file).mechanism
+    assert list(mechanism.bodies) == ["crank", "coupler", "lever", "tail"]
+    assert list(mechanism.bodies["lever"].points) == ["B", "C", "E"]
+    after = page.evaluate("mechdae.pose().points")
+    assert after["lever.C"] == pytest.approx(before["arm.C"], abs=1e-9)
 
 
 @in_browser

@@ -232,7 +232,7 @@ export class Machine {
     const turns = single && led[0].unit === 1, size = led.map(({ unit }) => unit);
     const drivers = this.drivers.map(({ name, speed, acceleration, usual }, k) => ({ name, unit: led[k].unit === 1 ? "rad" : "m", size: size[k], speed, acceleration, usual, turns: led[k].unit === 1 }));
     const columnsOf = (unit) => this.entries.filter((own) => own.unit === unit).flatMap(({ columns }) => columns);
-    const begin = turns ? 2 * Math.PI * Math.floor(u[0] / (2 * Math.PI)) : u[0];
+    const begin = turns ? 2 * Math.PI * Math.floor(u[0] / (2 * Math.PI) + 1e-9) : u[0];
     const data = {
       kernels: layout, entries: this.entries, sliders: [], shape: {}, modes: [], checks: [], forces: null, live: true, scene,
       bounded: { lengths: columnsOf("m"), angles: columnsOf("rad"), matrices: [] },

@@ -608,24 +608,12 @@ export class Sketch {
     if (body ? this.mechanism.pointsOf(body).has(name) : this.names.has(name)) throw new Refused("taken", 0, name);
     if (body) {
       const { path } = this.mechanism.places.get(`${body}.${old}`), key = path[path.length - 1], { from, at } = this.toml.span(path);
-      this.toml.splice(from, at, this.toml.text.slice(from, at).replace(key, key.replace(old, name)));
+      this.toml.splice(from, at, this.toml.text.slice(from, at).replace(new RegExp(`${key}(?=["\\s=])`), key.replace(old, name)));
       this.words(new RegExp(`(?<![\\w.])${body}\\.${old}(?![\\w])`, "g"), () => `${body}.${name}`);
       return;
     }
-    const keys = (text) => text.replace(new RegExp(`^(\\s*\\[?(?:(?:bodies|joints|sketch)\\.)?"?)${old}(?=(?:_[a-z]+)?\\b)`, "m"), `$1${name}`);
-    for (const table of ["bodies", "joints", "sketch"]) {
-      for (const [key, { path }] of this.numbers.table([table])) {
-        if (key !== old && !key.startsWith(`${old}.`)) continue;
-        const span = this.toml.span(path);
-        if (span) this.toml.splice(span.from, span.at, keys(this.toml.text.slice(span.from, span.at)));
-        else for (let more = true; more;) {
-          const own = this.toml.places.get(this.toml.get([table, old])), head = own && own.heads[0], entry = own && [...own.entries.values()][0];
-          const [from, to] = head ? [head.from, head.to] : entry ? [entry.from, entry.at] : [0, 0];
-          more = to > 0;
-          if (more) this.toml.splice(from, to, this.toml.text.slice(from, to).replace(new RegExp(`\\b${old}\\b`), name));
-        }
-      }
-    }
+    const spots = ["bodies", "joints", "sketch"].flatMap((table) => [...this.numbers.table([table])].filter(([key]) => key === old || key.startsWith(`${old}.`)).flatMap(([, { path }]) => this.toml.spots(path)));
+    for (const [from, to] of spots.sort((one, two) => two[0] - one[0])) this.toml.splice(from, to, this.toml.text.slice(from, to).replace(new RegExp(`(?<![\\w.])((?:(?:bodies|joints|sketch)\\.)?"?)${old}(?=(?:_[a-z]+)?\\b)`), `$1${name}`));
     this.words(new RegExp(`(?<![\\w.])${old}(?=\\.)`, "g"), () => name);
     for (const key of ["carrier", "body", "frame"]) this.words(new RegExp(`(${key}\\s*=\\s*")${old}(?=")`, "g"), (_, head) => head + name);
   }

@@ -160,8 +160,8 @@ export function drawnBy(sketch, symbols, scale) {
       arc.slice(1).forEach((end, k) => lines.push([arc[k], end]));
     }
     for (const [own, here] of letters) {
-      const from = at(here), free = (place) => Math.min(ROOMY, ...lines.map(([a, b]) => fromLine(place, a, b)));
-      const spots = Array.from({ length: 16 }, (_, k) => away(from, (Math.PI * (k + 4)) / 8, LETTER)).map((place) => [place, free(place)]);
+      const from = at(here), rim = mechanism.joints.reduce((most, { second, roller_radius: roller }) => (second === here && roller ? roller * scale : most), 0), far = rim > LETTER / 3 && rim < 2 * LETTER ? rim + LETTER / 1.5 : LETTER, free = (place) => Math.min(ROOMY, ...lines.map(([a, b]) => fromLine(place, a, b)));
+      const spots = Array.from({ length: 16 }, (_, k) => away(from, (Math.PI * (k + 4)) / 8, far)).map((place) => [place, free(place)]);
       const [place] = spots.reduce((best, spot) => (spot[1] > best[1] + 0.5 ? spot : best));
       sign(`label-${own}`, here, [text(own, 14)], { spot: [[0, place[0] - from[0], from[1] - place[1]]] });
       lines.push([place, place]);

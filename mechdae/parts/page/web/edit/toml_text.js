@@ -18,6 +18,14 @@ export class TomlText {
     return (own && (Array.isArray(own) ? own[last] : own.entries.get(last))) || null;
   }
 
+  /** Where the names of a value stand: its key, or headers and dotted keys of its table. @param {(string | number)[]} path */
+  spots(path) {
+    const span = this.span(path), value = this.get(path), own = this.places.get(value);
+    if (span) return [[span.from, span.at]];
+    const inner = Object.keys(value).filter((key) => this.places.get(value[key]) && !this.span([...path, key])).flatMap((key) => this.spots([...path, key]));
+    return [...(own && own.heads.length ? own.heads : [...(own ? own.entries.values() : [])]).map(({ from, to, at = to }) => [from, at]), ...inner];
+  }
+
   splice(from, to, text) { this.become(this.text.slice(0, from) + text + this.text.slice(to)); }
 
   /** Write a value, in the place of the one there or after the last of its table. @param {(string | number)[]} path @param {string} value as TOML */
