@@ -123,9 +123,10 @@ class Editor {
     });
   }
 
-  removeSelected() {
-    const { node, link } = this.selected;
-    this.edit(() => (node ? this.sketch.removeNode(this.sketch.nodeOf.get(node)) : this.sketch.removeBody(link)));
+  removeSelected() { this.remove({ node: this.sketch.nodeOf.get(this.selected.node), link: this.selected.link }); }
+
+  remove({ node, link, stroke }) {
+    this.edit(() => (node ? this.sketch.removeNode(node) : link ? this.sketch.removeBody(link) : this.removeStroke(stroke)));
     this.select(null);
   }
 

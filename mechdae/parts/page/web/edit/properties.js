@@ -55,7 +55,7 @@ export class Properties {
     [0, 1].forEach((k) => this.number("xy"[k], [node.x, node.y][k], "m", (value) => editor.edit(() => { const to = [node.x, node.y]; to[k] = value; return sketch.move(sketch.nodeOf.get(node.id), to); })));
     for (const joint of sketch.mechanism.joints) if (node.refs.some((reference) => [joint.first, joint.second].includes(reference))) this.joint(joint);
     for (const load of sketch.mechanism.loads) if (load.points.some((reference) => node.refs.includes(reference))) this.load(load);
-    this.acts(["pivot", () => editor.edit(() => sketch.pivot(sketch.nodeOf.get(node.id)))], ["delete", () => { editor.edit(() => sketch.removeNode(sketch.nodeOf.get(node.id))); editor.select(null); }]);
+    this.acts(["pivot", () => editor.edit(() => sketch.pivot(sketch.nodeOf.get(node.id)))], ["delete", () => editor.removeSelected()]);
   }
 
   acts(...list) { this.box.append(made("div", { class: "acts" }, ...list.map(([key, act]) => this.button(key, act)))); }
@@ -110,7 +110,7 @@ export class Properties {
       sketch.numbers.write({ path: [...at.path, k], suffix: at.suffix }, next);
     })));
     for (const joint of sketch.mechanism.joints) if (bodyOf(joint.first) === name && joint.kind !== "revolute") this.joint(joint);
-    this.acts(["driver", () => editor.edit(() => sketch.lead(`${name}.angle`))], ["duplicate", () => editor.duplicate(name)], ["delete", () => { editor.edit(() => sketch.removeBody(name)); editor.select(null); }]);
+    this.acts(["driver", () => editor.edit(() => sketch.lead(`${name}.angle`))], ["duplicate", () => editor.duplicate(name)], ["delete", () => editor.removeSelected()]);
   }
 
   whole() {

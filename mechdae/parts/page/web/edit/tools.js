@@ -130,10 +130,8 @@ export const TOOLS = {
   },
   delete: {
     down(editor, { node, link }) {
-      const { sketch, strokeUnder: stroke } = editor;
-      if (!node && !link && !stroke) { editor.refuse("nothing_there"); return; }
-      editor.edit(() => (node ? sketch.removeNode(node) : link ? sketch.removeBody(link) : editor.removeStroke(stroke)));
-      editor.select(null);
+      const { strokeUnder: stroke } = editor;
+      if (node || link || stroke) editor.remove({ node, link, stroke }); else editor.refuse("nothing_there");
     },
   },
   measure: {
