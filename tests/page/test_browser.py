@@ -11,6 +11,7 @@ import mechdae as md
 from mechdae.parts.page import link
 from mechdae.parts.page.editor import editor
 from tests.shared.browser import CHROMIUM, loaded, until
+from tests.shared.page_gestures import PageGestures, played
 
 playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
 pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="no Chromium on this machine")
@@ -151,6 +152,36 @@ def test_the_address_holds_what_differs(opened):
     assert "b = 0.125" in page.evaluate("mechdae.toml()")
 
 
+@pytest.mark.parametrize(("name", "seed"), [("four-bar-crank-rocker", 3), ("double-pendulum", 1)])
+def test_random_gestures_leave_a_page_that_is_right(browser, pages, name, seed, tmp_path):
+    gestures = played(browser, pages[name], name, seed, 12, tmp_path)
+    assert gestures.faults == []
+    assert gestures.compared >= (name == "four-bar-crank-rocker")
+
+
+def test_what_gestures_must_leave_is_looked_at(browser, pages, tmp_path):
+    """A text, a place, an error that are wrong: each is a fault."""
+    page = browser.new_page()
+    loaded(page, pages["four-bar-crank-rocker"])
+    gestures = PageGestures(page, "four-bar-crank-rocker", 1, tmp_path)
+    gestures.check(compare=True)
+    assert gestures.faults == []
+    page.evaluate(
+        """() => {
+        const pose = mechdae.pose();
+        pose.points["coupler.C"].position[0] += 1e-9;
+        mechdae.pose = () => pose;
+        document.getElementById("title").textContent = "a NaN";
+        console.log("said");
+        }"""
+    )
+    gestures.check(compare=True)
+    assert [text.split("\n")[0].split(" ")[0] for text in gestures.faults] == [
+        *("console:", "a", "coupler.B,", "coupler.C,", "none")
+    ]
+    page.close()
+
+
 def test_fields_refuse_what_makes_no_mechanism(browser, tmp_path):
     """A radius below zero, a link of no length, no number at all; then nothing is undone."""
     said: list[str] = []
@@ -201,9 +232,9 @@ def test_files_come_out(opened, kind):
 
 
 @pytest.mark.parametrize(
-    "name", ["four-bar-crank-rocker", "gorshkov-seven-link", "double-pendulum"]
+    ("name", "width"),
+    [("four-bar-crank-rocker", 320), ("gorshkov-seven-link", 390), ("double-pendulum", 320)],
 )
-@pytest.mark.parametrize("width", [320, 390])
 def test_a_phone_does_not_scroll_sideways(opened, name, width):
     page = opened(name, viewport={"width": width, "height": 844}, has_touch=True)
     assert page.evaluate("document.documentElement.scrollWidth") <= width
