@@ -8,6 +8,7 @@ from collections.abc import Callable
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.text import Text
+from matplotlib.ticker import ScalarFormatter
 
 from mechdae.draw.words import Words, table, unit_in_russian
 
@@ -24,6 +25,7 @@ RULES: tuple[Rule, ...] = (
         lambda m: f"{m[1]}положение {m[2]} из {m[3]}{m[4]}",
     ),
     (re.compile(r"(.*), no friction"), lambda m: f"{m[1]}, без трения"),
+    (re.compile(r"([-−\d.e+]+) at (.*)"), lambda m: f"{m[1]} при {m[2]}"),
     (re.compile(r"(\S+) normal"), lambda m: f"{m[1]}, норм."),
     (
         re.compile(r"(.*), mean (\S+) (\S+)"),
@@ -63,21 +65,29 @@ def translated(axes: Axes, lang: str) -> Axes:
         for text in figure.findobj(Text):
             assert isinstance(text, Text)
             new = in_russian(text.get_text())
-            if new != text.get_text():
+            if new != text.get_text() and not str(text.get_gid()).startswith("title"):
                 text.set_text(new)
+        for axis in (axis for panel in figure.axes for axis in (panel.xaxis, panel.yaxis)):
+            if isinstance(axis.get_major_formatter(), ScalarFormatter):
+                axis.set_major_formatter(_Comma())
     return axes
 
 
+class _Comma(ScalarFormatter):
+    """Numbers at ticks with a decimal comma."""
+
+    def __call__(self, x: float, pos: int | None = None) -> str:
+        """Return the number at a tick."""
+        return super().__call__(x, pos).replace(".", ",")
+
+
 def in_russian(text: str) -> str:
-    """Return a text of a graph or plan in Russian, or as it is."""
+    """Return a text of a graph or plan in Russian, with decimal commas, or as it is."""
     whole = table("whole")
     if text in whole:
         return whole[text]
-    for pattern, words in RULES:
-        found = pattern.fullmatch(text)
-        if found:
-            return words(found)
-    return text
+    found = next((words(m) for rule, words in RULES if (m := rule.fullmatch(text))), text)
+    return re.sub(r"(?<=\d)\.(?=\d)", ",", found)
 
 
 def _quantity(text: str) -> str:

@@ -23,11 +23,12 @@ from mechdae.errors import UnknownName
         ("turn  ·  361 poses", "turn  ·  положений: 361"),
         ("a = 1°  ·  turn  ·  pose 2 of 3", "a = 1°  ·  turn  ·  положение 2 из 3"),
         ("crank.angle, no friction", "crank.angle, без трения"),
-        ("slide, mean 5.91 W", "slide, сред. 5.91 Вт"),
-        ("limit −76.3°, 60.9°", "предел −76.3°, 60.9°"),
+        ("slide, mean 5.91 W", "slide, сред. 5,91 Вт"),
+        ("limit −76.3°, 60.9°", "предел −76,3°, 60,9°"),
         (r"$\mu_a$ = 2 (m/s$^2$)/mm", r"$\mu_a$ = 2 (м/с$^2$)/мм"),
         ("Forces on II.2 RRP(2,3)", "План сил, II.2 RRP(2,3)"),
         ("work = 1 kN", "work = 1 кН"),
+        ("54.9 at 24.15°", "54,9 при 24,15°"),
         ("rod", "rod"),
         ("slide", "slide"),
         ("slide [m]", "перемещение [м]"),
@@ -45,7 +46,9 @@ def test_no_english_is_left(kind: str) -> None:
     axes = md.plot(result, kind, lang="ru")
     names = {"slider", "crank", "cycle", "angle", "slide", "rod", "work", "RRP", "II"}
     names |= set(re.findall(r"[A-Za-z]{2,}", f"{result.title} {result.problem}"))
+    axes.figure.canvas.draw()
     for text in axes.figure.findobj(Text):
+        assert not re.search(r"\d\.\d", text.get_text())
         assert isinstance(text, Text)
         plain = re.sub(r"\$.*?\$", "", text.get_text())
         words = set(re.findall(r"[A-Za-z]{2,}", plain))
