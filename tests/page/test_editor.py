@@ -560,3 +560,21 @@ def test_files_are_opened_by_the_page_and_those_that_are_none_refused(capsys, tm
 
 def test_the_page_is_small():
     assert len(str(editor("geared-five-bar").html)) < 200_000
+
+
+@in_browser
+def test_what_is_deleted_while_it_is_dragged_is_let_go(drawing):
+    """And a rack of a wheel as large as the Earth's orbit is drawn."""
+    page = drawing()
+    draw(page, drawn.RACK)
+    page.locator("[data-tool=select]").click()
+    typed(page, "rack1_radius mm", "1e11")
+    assert page.locator("[data-id=joint-rack1-rack] path").count() == 2
+    page.locator("#acts button").first.click()
+    page.mouse.move(*at(page, 30, 40))
+    page.mouse.down()
+    page.mouse.move(*at(page, 40, 40), steps=2)
+    page.keyboard.press("Delete")
+    page.mouse.move(*at(page, 60, 40), steps=2)
+    page.mouse.up()
+    assert "link1" not in page.evaluate("mechdae.toml()")

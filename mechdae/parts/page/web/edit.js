@@ -126,6 +126,7 @@ class Editor {
   removeSelected() { this.remove({ node: this.sketch.nodeOf.get(this.selected.node), link: this.selected.link }); }
 
   remove({ node, link, stroke }) {
+    this.begun = null; // also a drag of it
     this.edit(() => (node ? this.sketch.removeNode(node) : link ? this.sketch.removeBody(link) : this.removeStroke(stroke)));
     this.select(null);
   }

@@ -6,8 +6,8 @@ const SPACE = "http://www.w3.org/2000/svg";
 /** Axes in which a unit is a point, least and greatest scale, margin and strip below: as in `draw/style.py`. */
 const AREA = [488, 306], SCALES = [0.75, 6], MARGIN = 34, STRIP = 22;
 
-/** Room between a letter and its index, and half the longest label [units]. */
-const AFTER = 0.5, WIDEST = 80, ZERO = [0, 0, 0], ACTING = /^(driver|load|label-load)-/;
+/** Room between a letter and its index, strokes of a hatched line, and half the longest label [units]. */
+const AFTER = 0.5, MOST_STROKES = 5000, WIDEST = 80, ZERO = [0, 0, 0], ACTING = /^(driver|load|label-load)-/;
 
 /** @param {string} name @param {Record<string, any>} attributes @param {Element} [parent] */
 export function element(name, attributes, parent) {
@@ -152,7 +152,7 @@ export class View {
   corners(part, pose) {
     const frame = this.frame(part, pose), { corners = part.at.map((_, k) => [part.span ? k : 0, 0, 0]), period } = part;
     if (!frame || !period) return frame && corners.map(frame.place);
-    const beyond = part.beyond || 0, count = Math.max(1, Math.round((frame.long + 2 * beyond) / period)); // hatching and teeth, again and again along a span
+    const beyond = part.beyond || 0, count = Math.min(Math.max(1, Math.round((frame.long + 2 * beyond) / period)), MOST_STROKES); // hatching and teeth, again and again along a span
     return Array.from({ length: count }, (_, k) => corners.map(([own, x, y]) => { const share = (k + own) / count; return frame.place([share, x + beyond * (2 * share - 1), y]); })).flat();
   }
 
