@@ -23,7 +23,7 @@ from mechdae.draw.diagram.diagram import DrawnPose, View, extent
 from mechdae.draw.diagram.driver import SPAN
 from mechdae.draw.diagram.guides import travel
 from mechdae.draw.diagram.loads import GRAVITY, Mark, peak_force
-from mechdae.draw.diagram.places import PlacedScene
+from mechdae.draw.diagram.places import AnyScene
 from mechdae.draw.diagram.scene import DrawnScene
 from mechdae.draw.diagram.wheels import rack_span, rack_travel
 from mechdae.draw.labels.labels import Links, Writing
@@ -159,7 +159,7 @@ def steady_labels(
     return sheets[0], first, chosen_labels(sheets, poses, rows, anchors, frame_of)
 
 
-def _frame(view: View, scene: PlacedScene, sheet: Sheet, pose: int, anchor: Anchor) -> AnchorFrame:
+def _frame(view: View, scene: AnyScene, sheet: Sheet, pose: int, anchor: Anchor) -> AnchorFrame:
     if isinstance(view, SpatialView):
         return SpatialFrame(view, sheet, scene, pose, anchor)
     return FragmentFrame(sheet, scene, pose, anchor)

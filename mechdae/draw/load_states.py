@@ -11,7 +11,7 @@ from mechdae.describe.loads import Force, Load, Resistance, Spring
 from mechdae.draw import style
 from mechdae.draw.diagram.amounts import load_values, pushing
 from mechdae.draw.diagram.loads import turns
-from mechdae.draw.diagram.places import JoinedScene
+from mechdae.draw.diagram.scene import PlacedScene
 from mechdae.draw.primitives import Array
 from mechdae.types import Json
 
@@ -26,7 +26,7 @@ STATES = 60
 
 
 def load_states(
-    scene: JoinedScene, result: SweepResult, pose: int, known: Sequence[int], peak: float,
+    scene: PlacedScene, result: SweepResult, pose: int, known: Sequence[int], peak: float,
     ends_of: Callable[[str], Array | None],
 ) -> Json:  # fmt: skip
     """Return by load how its arrow differs from that drawn, ``known`` being along the way.
@@ -79,7 +79,7 @@ def _way(way: Array) -> list[float]:
     return [round(part, 4) + 0.0 for part in (way * (1, -1) if len(way) == 2 else way).tolist()]
 
 
-def _acting(scene: JoinedScene, result: SweepResult, load: Load, pose: int, count: int) -> Array:
+def _acting(scene: PlacedScene, result: SweepResult, load: Load, pose: int, count: int) -> Array:
     """Return components of a force, or what acts along a coordinate; one where it is not known."""
     values = load_values(scene, result, load, pose)
     if isinstance(load, Resistance):

@@ -16,7 +16,7 @@ from mechdae.draw.diagram.diagram import (
     larger_for,
     on_axes,
 )
-from mechdae.draw.diagram.places import PlacedScene
+from mechdae.draw.diagram.places import AnyScene
 from mechdae.draw.diagram.scene import Array, choose_pose, read_scene
 from mechdae.draw.sheet import Sheet
 from mechdae.draw.smooth import traced
@@ -47,7 +47,7 @@ class Seen:
     """
 
     result: Any
-    scene: PlacedScene
+    scene: AnyScene
     pose: int
     view: View
 
@@ -72,7 +72,7 @@ class Seen:
         return draw_pose(axes, self.scene, self.result, index, view, theme, words)
 
 
-def read_placed(result: Result) -> PlacedScene:
+def read_placed(result: Result) -> AnyScene:
     """Return the placements that a result holds, in the plane or in space."""
     if result.mechanism.dimension == 2:
         return read_scene(result)

@@ -14,8 +14,7 @@ from mechdae.draw.graphs.series import vector_of
 from mechdae.errors import MechdaeError
 
 if TYPE_CHECKING:
-    from mechdae.draw.diagram.scene import DrawnScene
-    from mechdae.draw.space.spatial_scene import SpatialScene
+    from mechdae.draw.diagram.scene import PlacedScene
     from mechdae.results import SweepResult
     from mechdae.results.result import Result
 
@@ -73,7 +72,7 @@ def smooth(result: Result, seen: Callable[[Any], Iterable[Array]]) -> Result:
     return finest
 
 
-def traced(scene: DrawnScene | SpatialScene, result: Result, read: Callable[[Any], Any]) -> Any:
+def traced(scene: PlacedScene, result: Result, read: Callable[[Any], Any]) -> Any:
     """Return a scene whose paths are those of poses near each other; `read` makes scenes."""
 
     def seen(poses: SweepResult) -> list[Array]:

@@ -10,7 +10,7 @@ from mechdae.describe.coordinates import NamedCoordinate, coordinate
 from mechdae.describe.expression import evaluate, names_in
 from mechdae.describe.loads import Force, Load, Resistance, Spring, TableLoad, Torque
 from mechdae.describe.named import TIME
-from mechdae.draw.diagram.places import JoinedScene
+from mechdae.draw.diagram.scene import PlacedScene
 from mechdae.errors import MechdaeError
 
 if TYPE_CHECKING:
@@ -21,7 +21,7 @@ STILL = 1e-9
 """A coordinate that changes less than this share of its range in a step stands still."""
 
 
-def sense(scene: JoinedScene, result: SweepResult, entry: NamedCoordinate, pose: int) -> float:
+def sense(scene: PlacedScene, result: SweepResult, entry: NamedCoordinate, pose: int) -> float:
     """Return +1 or -1 as the coordinate grows or falls at a pose, 0 where that is not known.
 
     The change from pose to pose is turned into one with time by that of the driver.
@@ -42,7 +42,7 @@ def sense(scene: JoinedScene, result: SweepResult, entry: NamedCoordinate, pose:
     return float(np.sign(way))
 
 
-def pushing(scene: JoinedScene, result: SweepResult, load: Resistance, pose: int) -> float:
+def pushing(scene: PlacedScene, result: SweepResult, load: Resistance, pose: int) -> float:
     """Return the sense in which a resistance acts: against the motion, along it where loads drive.
 
     0 where the sense of the motion is not known.
@@ -57,7 +57,7 @@ def result_in_time(result: SweepResult) -> bool:
 
 
 def load_values(
-    scene: JoinedScene, result: SweepResult, load: Load, pose: int
+    scene: PlacedScene, result: SweepResult, load: Load, pose: int
 ) -> tuple[float, ...] | None:
     """Return the values of a load in one pose, None where the description does not give them.
 
@@ -86,7 +86,7 @@ def load_values(
 
 
 def load_axis(
-    scene: JoinedScene, result: SweepResult, load: TableLoad, pose: int
+    scene: PlacedScene, result: SweepResult, load: TableLoad, pose: int
 ) -> tuple[float, ...] | None:
     """Return the axis of a table's torque in the axes of its frame, None where it is not known."""
     names = _Known(scene, result, pose)
@@ -104,7 +104,7 @@ def acts(load: Spring, name: str) -> bool:
 class _Known:
     """Names of the description with their values in a pose."""
 
-    def __init__(self, scene: JoinedScene, result: Any, pose: int) -> None:
+    def __init__(self, scene: PlacedScene, result: Any, pose: int) -> None:
         self.scene, self.result, self.pose = scene, result, pose
 
     def value(self, load: Load, name: str, axis: int | None = None) -> float:

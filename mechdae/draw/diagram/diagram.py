@@ -20,9 +20,8 @@ from mechdae.draw.diagram.guides import draw_guides, travel
 from mechdae.draw.diagram.heads import draw_frame, outside_of, write_heads, write_legend
 from mechdae.draw.diagram.loads import DrawnLoads, Mark, load_points
 from mechdae.draw.diagram.places import (
-    JoinedScene,
+    AnyScene,
     Place,
-    PlacedScene,
     draw_body,
     draw_bridges,
     free_points,
@@ -30,7 +29,7 @@ from mechdae.draw.diagram.places import (
     places_of,
     shape_of,
 )
-from mechdae.draw.diagram.scene import SHORT, Array, DrawnScene, named_pose
+from mechdae.draw.diagram.scene import SHORT, Array, DrawnScene, PlacedScene, named_pose
 from mechdae.draw.diagram.wheels import circles, draw_curve, draw_wheels, rack_span, reach
 from mechdae.draw.labels.labels import Links, Writing, write_all, writings
 from mechdae.draw.sheet import Sheet, margins_of
@@ -127,19 +126,19 @@ class View:
         return np.asarray(places, dtype=float)
 
     def room(
-        self, scene: PlacedScene, poses: Sequence[int], paths: bool
+        self, scene: AnyScene, poses: Sequence[int], paths: bool
     ) -> tuple[Array, Array, float]:
         """Return the corners [m] of what is in the pictures of poses, and the mechanism's size."""
         return common_extent(scene, poses, paths)
 
-    def ghost(self, sheet: Sheet, scene: PlacedScene, pose: int) -> Iterator[tuple[Array, Array]]:
+    def ghost(self, sheet: Sheet, scene: AnyScene, pose: int) -> Iterator[tuple[Array, Array]]:
         """Yield the lines of the links in another pose on the sheet."""
         return ghost_lines(sheet, scene, pose)
 
     def draw(
         self,
         sheet: Sheet,
-        scene: PlacedScene,
+        scene: AnyScene,
         result: Any,
         pose: int,
         words: Words,
@@ -150,7 +149,7 @@ class View:
         marks += draw_gaps(sheet, scene, result, words)
         return DrawnPose(writings(sheet, scene, pose, places, links, marks), links, marks)
 
-    def note(self, sheet: Sheet, scene: PlacedScene, pose: int, words: Words) -> str:
+    def note(self, sheet: Sheet, scene: AnyScene, pose: int, words: Words) -> str:
         """Return what the view says below the picture."""
         return ""
 
@@ -177,13 +176,13 @@ def on_axes(
     return ax
 
 
-def has_paths(result: Result, scene: JoinedScene) -> bool:
+def has_paths(result: Result, scene: PlacedScene) -> bool:
     """Return whether the poses of a result are a motion."""
     return getattr(result, "kind", "") != "modes" and len(scene.status) > SHORT
 
 
 def draw_pose(
-    axes: Axes | None, scene: PlacedScene, result: Result, pose: int, view: View,
+    axes: Axes | None, scene: AnyScene, result: Result, pose: int, view: View,
     theme: style.Theme, words: Words,
 ) -> Sheet:  # fmt: skip
     """Draw one pose of a result whose placements are known; return its sheet."""
@@ -325,7 +324,7 @@ def thinned(points: Array) -> Array:
     return fewer
 
 
-def others_of(scene: JoinedScene, pose: int, ghosts: int | Sequence[int]) -> list[int]:
+def others_of(scene: PlacedScene, pose: int, ghosts: int | Sequence[int]) -> list[int]:
     """Return up to `ghosts` other assembled poses, evenly spread, or those that are named."""
     if not isinstance(ghosts, int):
         return [named_pose(len(scene.status), other) for other in ghosts]

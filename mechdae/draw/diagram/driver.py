@@ -14,8 +14,8 @@ from mechdae.describe.units import SI
 from mechdae.draw import style
 from mechdae.draw.diagram import symbols
 from mechdae.draw.diagram.guides import cylinder_of
-from mechdae.draw.diagram.places import JoinedScene, Place
-from mechdae.draw.diagram.scene import Array, DrawnScene, driver_names
+from mechdae.draw.diagram.places import Place
+from mechdae.draw.diagram.scene import Array, DrawnScene, PlacedScene, driver_names
 from mechdae.draw.diagram.wheels import circles, tangent
 from mechdae.draw.primitives import Anchor
 from mechdae.draw.sheet import Sheet, arc, normal, unit
@@ -31,12 +31,12 @@ NEAR = 3.0
 """A line covers what is so near."""
 
 
-def drivers_of(scene: JoinedScene, result: Result) -> list[NamedCoordinate]:
+def drivers_of(scene: PlacedScene, result: Result) -> list[NamedCoordinate]:
     """Return the coordinates that are given as functions of the pose, or of the time."""
     return [coordinate(scene.mechanism, text) for text in driver_names(result)]
 
 
-def driven_bodies(scene: JoinedScene, drivers: Iterable[NamedCoordinate]) -> set[str]:
+def driven_bodies(scene: PlacedScene, drivers: Iterable[NamedCoordinate]) -> set[str]:
     """Return the links that the drivers move."""
     return {
         entry.part

@@ -12,7 +12,7 @@ from mechdae.draw import style
 from mechdae.draw.closing import blame_text, open_text
 from mechdae.draw.diagram import symbols
 from mechdae.draw.diagram.driver import blocked, drivers_of, held_drivers, time_text, value_text
-from mechdae.draw.diagram.places import JoinedScene
+from mechdae.draw.diagram.scene import PlacedScene
 from mechdae.draw.fonts import font, ink, plain, width_of
 from mechdae.draw.sheet import Sheet
 from mechdae.draw.words import Words
@@ -30,7 +30,7 @@ LENGTHS = ((1e3, 1e3, "km"), (0.5, 1.0, "m"), (5e-4, 1e-3, "mm"), (0.0, 1e-6, "Â
 
 
 def draw_frame(
-    sheet: Sheet, scene: JoinedScene, result: Result, pose: int, words: Words, extra: str = ""
+    sheet: Sheet, scene: PlacedScene, result: Result, pose: int, words: Words, extra: str = ""
 ) -> None:
     """Draw the scale bar and the note on what is not drawn."""
     metres = getattr(result, "units", SI).of("m")
@@ -65,14 +65,14 @@ def outside_of(result: Result) -> set[str]:
     return set((getattr(result, "summary", None) or {}).get("not_in_scene", ()))
 
 
-def note_text(scene: JoinedScene, result: Any, pose: int, words: Words) -> str:
+def note_text(scene: PlacedScene, result: Any, pose: int, words: Words) -> str:
     """Return which bodies are not drawn, and why."""
     outside = outside_of(result)
-    drawn = set(scene.mechanism.bodies) - set(getattr(scene, "helpers", ()))
+    drawn = set(scene.mechanism.bodies) - scene.helpers
     missing = [name for name in scene.mechanism.bodies if not scene.shown(name, pose)]
     missing = [name for name in missing if name in drawn]
     absent = [name for name in missing if name in outside]
-    unasked = [name for name in missing if name not in scene.origins and name not in outside]
+    unasked = [name for name in missing if name not in scene.placed and name not in outside]
     unsolved = [name for name in missing if name not in {*absent, *unasked}]
     dashed = [name for name in scene.mechanism.bodies if name in outside - set(missing)]
     parts, status = [], words.status(scene.status[pose])
@@ -143,7 +143,7 @@ def write_legend(sheet: Sheet, legend: Sequence[tuple[str, str]]) -> None:
 
 
 def write_heads(
-    sheet: Sheet, scene: JoinedScene, result: Result, pose: int, words: Words, label: str = "",
+    sheet: Sheet, scene: PlacedScene, result: Result, pose: int, words: Words, label: str = "",
     subtitle: str = "",
 ) -> None:  # fmt: skip
     """Write the title and, below it, the drivers' values and the pose, or what is given."""

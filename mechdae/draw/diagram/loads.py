@@ -21,8 +21,8 @@ from mechdae.draw import style
 from mechdae.draw.diagram import symbols
 from mechdae.draw.diagram.amounts import acts, load_values, pushing
 from mechdae.draw.diagram.driver import anchor_of, blocked, pivot_and_arm, travel_of, turn_arrow
-from mechdae.draw.diagram.places import JoinedScene, Place, PlacedScene, hull, places_of, within
-from mechdae.draw.diagram.scene import Array
+from mechdae.draw.diagram.places import AnyScene, Place, hull, places_of, within
+from mechdae.draw.diagram.scene import Array, PlacedScene
 from mechdae.draw.primitives import Anchor
 from mechdae.draw.sheet import Sheet, arc, normal, unit
 from mechdae.draw.words import Words
@@ -55,7 +55,7 @@ class Mark:
     color: str = style.LOAD
 
 
-def load_points(scene: JoinedScene, pose: int) -> list[Array]:
+def load_points(scene: PlacedScene, pose: int) -> list[Array]:
     """Return the points [m] at which forces and springs take hold, and centres of mass."""
     references: list[str] = []
     for load in scene.mechanism.loads.values():
@@ -69,13 +69,13 @@ def load_points(scene: JoinedScene, pose: int) -> list[Array]:
     return [*(scene.place(entry, pose) for entry in shown), *carried]
 
 
-def heavy_bodies(scene: JoinedScene, pose: int) -> list[str]:
+def heavy_bodies(scene: PlacedScene, pose: int) -> list[str]:
     """Return the bodies shown that have a mass."""
     known = scene.mechanism.bodies
     return [name for name in known if known[name].mass is not None and scene.shown(name, pose)]
 
 
-def peak_force(scene: JoinedScene, result: SweepResult, poses: Sequence[int]) -> float | None:
+def peak_force(scene: PlacedScene, result: SweepResult, poses: Sequence[int]) -> float | None:
     """Return the largest of the forces with a straight arrow that are known, in some poses."""
     sizes = []
     for load in scene.mechanism.loads.values():
@@ -86,14 +86,14 @@ def peak_force(scene: JoinedScene, result: SweepResult, poses: Sequence[int]) ->
     return max(sizes, default=0.0) or None
 
 
-def turns(scene: JoinedScene, load: Load) -> bool:
+def turns(scene: PlacedScene, load: Load) -> bool:
     """Return whether a load acts about an axis, not along a line."""
     if isinstance(load, Force):
         return False
     return getattr(load, "body", None) is not None or coordinate_of(scene, load).is_angle
 
 
-def acting(scene: JoinedScene, load: Load, pose: int) -> bool:
+def acting(scene: PlacedScene, load: Load, pose: int) -> bool:
     """Return whether the bodies that a load acts on are shown."""
     ends = (load.point,) if isinstance(load, Force) else getattr(load, "between", None)
     body = getattr(load, "body", None)
@@ -105,7 +105,7 @@ def acting(scene: JoinedScene, load: Load, pose: int) -> bool:
     return all(scene.shown(body, pose) for body in bodies)
 
 
-def coordinate_of(scene: JoinedScene, load: object) -> NamedCoordinate:
+def coordinate_of(scene: PlacedScene, load: object) -> NamedCoordinate:
     """Return the coordinate along which a load works."""
     body = getattr(load, "body", None)
     along = getattr(load, "along", None) or getattr(load, "coordinate", None)
@@ -145,7 +145,7 @@ class DrawnLoads:
     """
 
     def __init__(
-        self, sheet: Sheet, scene: PlacedScene, result: Any, pose: int, words: Words,
+        self, sheet: Sheet, scene: AnyScene, result: Any, pose: int, words: Words,
         peak: float | None = None, places: Sequence[Place] | None = None,
     ) -> None:  # fmt: skip
         self.sheet, self.scene, self.result, self.pose = sheet, scene, result, pose
@@ -408,7 +408,7 @@ class DrawnLoads:
         return Anchor((f"{name}.{next(iter(self.scene.mechanism.body(name).points))}",), name, "m")
 
 
-def center_and_foot(scene: JoinedScene, name: str) -> tuple[Array, Array] | None:
+def center_and_foot(scene: PlacedScene, name: str) -> tuple[Array, Array] | None:
     """Return the centre of mass of a body in its frame, and the place of its link nearest to it.
 
     None of bodies without a centre, and of those whose centre is a point of them.

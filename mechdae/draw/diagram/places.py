@@ -6,7 +6,7 @@ import re
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from math import dist
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -14,13 +14,10 @@ from mechdae.describe.joints.joint import Joint
 from mechdae.describe.mechanism import GROUND, Body, Mechanism
 from mechdae.draw import style
 from mechdae.draw.diagram import symbols
-from mechdae.draw.diagram.scene import Array, DrawnScene
+from mechdae.draw.diagram.scene import Array, DrawnScene, PlacedScene
 from mechdae.draw.sheet import LineLook, Sheet, normal, unit
 from mechdae.records import dataclass
 from mechdae.types import Booleans
-
-if TYPE_CHECKING:
-    from mechdae.draw.space.spatial_scene import SpatialScene
 
 LONG = 3
 """A joint name of more letters gives way to the name of the point."""
@@ -72,31 +69,27 @@ class Place:
         return short[0] if short else min(points, key=lambda text: (len(text), points.index(text)))
 
 
-JoinedScene: TypeAlias = "DrawnScene | SpatialScene"
-"""A scene in the plane or in space: both know their joint places."""
+AnyScene: TypeAlias = Any
+"""A scene of the plane or of space, as the view that is drawn needs it."""
 
 
-PlacedScene: TypeAlias = Any
-"""A scene of the plane or of space; what is asked of it is what both have."""
-
-
-def missing_hint(scene: JoinedScene) -> str:
+def missing_hint(scene: PlacedScene) -> str:
     """Return what to try where nothing is drawn: the result may not have all bodies."""
-    known = {*scene.origins, *getattr(scene, "helpers", ())}
+    known = {*scene.placed, *scene.helpers}
     missing = [name for name in scene.mechanism.bodies if name not in known]
     if not missing:
         return "another pose or task"
     return f"a task without outputs: the result has no {', '.join(missing)}"
 
 
-def places_of(scene: JoinedScene, pose: int) -> list[Place]:
+def places_of(scene: PlacedScene, pose: int) -> list[Place]:
     """Return the joint places shown, in the order of the joints.
 
     A pin in the ground is shown also where its link does not assemble in this pose.
     """
     groups: list[set[str]] = []
     both = scene.joints(pose)
-    known = set(scene.origins)
+    known = set(scene.placed)
     closed = [each for each in scene.mechanism.joints.values() if each.name not in scene.open]
     fixed = [each for each in closed if each.hinge and GROUND in each.bodies]
     fixed = [each for each in fixed if set(each.bodies) <= known]
@@ -126,7 +119,7 @@ def places_of(scene: JoinedScene, pose: int) -> list[Place]:
     return result
 
 
-def free_points(scene: JoinedScene, pose: int) -> list[str]:
+def free_points(scene: PlacedScene, pose: int) -> list[str]:
     """Return the points of moving bodies that belong to no joint."""
     joints = [each for each in scene.mechanism.joints.values() if each.name not in scene.open]
     used = {side for joint in joints for side in (joint.first, joint.second)}
@@ -160,7 +153,7 @@ def numbers_of(mechanism: Mechanism) -> dict[str, int]:
     return {name: next(free) if number is None else number for name, number in given.items()}
 
 
-def letters_of(scene: JoinedScene, pose: int, places: Sequence[Place]) -> dict[str, str]:
+def letters_of(scene: PlacedScene, pose: int, places: Sequence[Place]) -> dict[str, str]:
     """Return the letter of each point of joint places and of free points, one for each place.
 
     Where two places would have one letter, those with one joint of a short name have that name,
@@ -214,7 +207,7 @@ def _points_of(joint: Joint) -> list[tuple[str, ...]]:
     return [(joint.first,), (joint.second,)]
 
 
-def _same_local(scene: JoinedScene, groups: list[set[str]]) -> list[set[str]]:
+def _same_local(scene: PlacedScene, groups: list[set[str]]) -> list[set[str]]:
     """Join groups that hold the same place of one body under two names."""
     result: list[set[str]] = []
     spots: dict[str, list[tuple[list[float], str]]] = {}

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from abc import abstractmethod
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
 from math import cos, sin
@@ -40,9 +41,9 @@ SHORT = 4
 """Of so many poses or fewer the first one is drawn."""
 
 
-@dataclass(frozen=True)
-class DrawnScene:
-    """Placements of the bodies of a mechanism in n poses.
+@dataclass(frozen=True, kw_only=True)
+class PlacedScene:
+    """Placements of the bodies of a mechanism in n poses, in the plane or in space.
 
     Parameters
     ----------
@@ -50,13 +51,8 @@ class DrawnScene:
         The mechanism drawn.
     numbers
         Values of its parameters and automatic names.
-    angles, origins
-        By body, the ground included: (n,) rad and (n, 2) m, nan where not computed.
-        Bodies of which no pose is known are absent.
     status
         (n,) text.
-    cylinders
-        Names of the guides that are drawn as hydraulic cylinders.
     open
         Names of the joints that do not close: their links are drawn apart.
     way
@@ -67,17 +63,127 @@ class DrawnScene:
 
     mechanism: Mechanism
     numbers: Mapping[str, float]
-    angles: Mapping[str, Array]
-    origins: Mapping[str, Array]
     status: tuple[str, ...]
-    cylinders: frozenset[str] = frozenset()
     open: frozenset[str] = frozenset()
-    way: DrawnScene | None = None
+    way: PlacedScene | None = None
     turn: Array | None = None
+
+    @property
+    def helpers(self) -> set[str]:
+        """The bodies that are not drawn."""
+        return set()
+
+    @property
+    @abstractmethod
+    def placed(self) -> Collection[str]:
+        """The bodies of which a pose is known, and the ground."""
 
     def local(self, reference: str) -> Array:
         """Return the coordinates of ``body.point`` in its body."""
-        return np.array([self.numbers[f"{reference}.{axis}"] for axis in "xy"])
+        return np.array([self.numbers[f"{reference}.{axis}"] for axis in self.mechanism.axes])
+
+    @abstractmethod
+    def points(self, body: str) -> list[str]:
+        """Return the references of the points of a body whose places are known."""
+
+    @abstractmethod
+    def track(self, reference: str) -> Array:
+        """Return the positions of ``body.point`` in all poses, (n, 2) or (n, 3), read-only."""
+
+    @abstractmethod
+    def place(self, reference: str, pose: int) -> Array:
+        """Return the position of ``body.point`` in one pose."""
+
+    @abstractmethod
+    def shown(self, body: str, pose: int) -> bool:
+        """Return whether the body has a placement in that pose."""
+
+    @abstractmethod
+    def has(self, joint: Joint, pose: int) -> bool:
+        """Return whether both sides of a joint are shown."""
+
+    @abstractmethod
+    def placements(self) -> Iterator[Array]:
+        """Yield what tells the poses of all bodies: (n, ...), nan where it is not known."""
+
+    @abstractmethod
+    def series(self, entry: NamedCoordinate) -> Array:
+        """Return a coordinate in all poses, (n,); nan where it is not known."""
+
+    def joints(self, pose: int) -> list[Joint]:
+        """Return the joints that are shown, without open ones."""
+        joints = self.mechanism.joints.values()
+        return [each for each in joints if each.name not in self.open and self.has(each, pose)]
+
+    def assembled(self) -> list[int]:
+        """Return the poses that are assembled, and not beyond a stop."""
+        there = ~np.isin(self.status, UNREACHED)
+        for series in self.placements():
+            there &= np.isfinite(series).reshape(len(there), -1).all(axis=1)
+        return np.flatnonzero(there).tolist()
+
+    @cached_property
+    def paths(self) -> dict[str, Array]:
+        """The paths of the points that move, by ``body.point``, nan where not assembled.
+
+        Points that go together are there once. The path of a block on a fixed guide is the
+        guide, and is left out.
+        """
+        if self.way is not None:
+            return self.way.paths
+        known, count = self.assembled(), len(self.status)
+        points = [ref for body in self.mechanism.bodies for ref in self.points(body)]
+        guided = [
+            joint.second
+            for joint in self.mechanism.joints.values()
+            if joint.guide and joint.first_body == GROUND and joint.second in points
+        ]
+        result: dict[str, Array] = {}
+        if len(known) < 2 or not points:
+            return result
+        # paths are compared where it costs little first
+        every = np.array([self.track(key)[known] for key in [*guided, *points]])
+        few = every[:, [0, len(known) // 3, -1]].reshape(len(every), -1)
+        spread = np.ptp(every, axis=1).max(axis=1)
+        least, seen = 1e-9 * float(spread.max()), list(range(len(guided)))
+        for k, key in enumerate(points, len(guided)):
+            same = 1e-6 * spread[k]
+            alike = np.flatnonzero((np.abs(few[seen] - few[k]) <= same).all(axis=1))
+            if spread[k] > least and not any(
+                bool((np.abs(every[seen[j]] - every[k]) <= same).all()) for j in alike.tolist()
+            ):
+                seen.append(k)
+                result[key] = np.full((count, every.shape[-1]), np.nan)
+                result[key][known] = every[k]
+        return result
+
+
+@dataclass(frozen=True, kw_only=True)
+class DrawnScene(PlacedScene):
+    """Placements in the plane.
+
+    Parameters
+    ----------
+    angles, origins
+        By body, the ground included: (n,) rad and (n, 2) m, nan where not computed.
+        Bodies of which no pose is known are absent.
+    cylinders
+        Names of the guides that are drawn as hydraulic cylinders.
+    """
+
+    angles: Mapping[str, Array]
+    origins: Mapping[str, Array]
+    cylinders: frozenset[str] = frozenset()
+
+    @property
+    def placed(self) -> Collection[str]:
+        """The bodies of which a pose is known, and the ground."""
+        return self.origins.keys()
+
+    def points(self, body: str) -> list[str]:
+        """Return the references of the points of a body whose places are known."""
+        names = self.mechanism.body(body).points if body in self.origins else ()
+        return [f"{body}.{name}" for name in names]
 
     def track(self, reference: str) -> Array:
         """Return the positions of ``body.point`` in all poses, (n, 2), read-only."""
@@ -126,22 +232,14 @@ class DrawnScene:
     def _tracks(self) -> dict[str, Array]:
         return {}
 
-    def joints(self, pose: int) -> list[Joint]:
-        """Return the joints whose two bodies are shown."""
-        return [
-            joint
-            for joint in self.mechanism.joints.values()
-            if self.shown(joint.first_body, pose)
-            and self.shown(joint.second_body, pose)
-            and joint.name not in self.open
-        ]
+    def has(self, joint: Joint, pose: int) -> bool:
+        """Return whether both bodies of a joint are shown."""
+        return self.shown(joint.first_body, pose) and self.shown(joint.second_body, pose)
 
-    def assembled(self) -> list[int]:
-        """Return the poses that are assembled, and not beyond a stop."""
-        there = ~np.isin(self.status, UNREACHED)
-        for known in self._there.values():
-            there &= known
-        return np.flatnonzero(there).tolist()
+    def placements(self) -> Iterator[Array]:
+        """Yield angles and origins of all bodies."""
+        for body, origins in self.origins.items():
+            yield from (self.angles[body], origins)
 
     def closes(self, run: Sequence[int]) -> bool:
         """Return whether a run of poses ends where it begins.
@@ -159,28 +257,6 @@ class DrawnScene:
             if abs(np.sin(turn / 2)) > CLOSED or off > CLOSED * size:
                 return False
         return True
-
-    @cached_property
-    def paths(self) -> dict[str, Array]:
-        """The paths of the points that move, by ``body.point``, nan where not assembled.
-
-        Points that go together are there once. The path of a block on a fixed guide is the
-        guide, and is left out.
-        """
-        if self.way is not None:
-            return self.way.paths
-        guided = [
-            joint.second
-            for joint in self.mechanism.joints.values()
-            if joint.guide and joint.first_body == GROUND
-            if joint.second_body in self.origins
-        ]
-        chosen = [
-            f"{name}.{point}"
-            for name in self.mechanism.bodies
-            for point in (self.mechanism.body(name).points if name in self.origins else ())
-        ]
-        return distinct_paths(self.track, guided, chosen, self.assembled(), len(self.status))
 
     def series(self, entry: NamedCoordinate) -> Array:
         """Return a coordinate in all poses, (n,); nan where it is not known."""
@@ -202,34 +278,6 @@ class DrawnScene:
         axis = self.angles[joint.first_body] + self.numbers[f"{joint.name}.axis"]
         offset = self.track(joint.second) - self.track(joint.first)
         return offset[:, 0] * np.cos(axis) + offset[:, 1] * np.sin(axis)
-
-
-def distinct_paths(
-    track: Callable[[str], Array], guided: Sequence[str], points: Sequence[str],
-    known: Sequence[int], count: int,
-) -> dict[str, Array]:  # fmt: skip
-    """Return the paths of points that move, nan where they are not known, equal ones once.
-
-    ``track`` gives the places of a point in ``count`` poses; paths of ``guided`` ones are left out.
-    """
-    result: dict[str, Array] = {}
-    if len(known) < 2 or not points:
-        return result
-    # paths are compared where it costs little first
-    every = np.array([track(key)[known] for key in [*guided, *points]])
-    few = every[:, [0, len(known) // 3, -1]].reshape(len(every), -1)
-    spread = np.ptp(every, axis=1).max(axis=1)
-    least, seen = 1e-9 * float(spread.max()), list(range(len(guided)))
-    for k, key in enumerate(points, len(guided)):
-        same = 1e-6 * spread[k]
-        alike = np.flatnonzero((np.abs(few[seen] - few[k]) <= same).all(axis=1))
-        if spread[k] > least and not any(
-            bool((np.abs(every[seen[j]] - every[k]) <= same).all()) for j in alike.tolist()
-        ):
-            seen.append(k)
-            result[key] = np.full((count, every.shape[-1]), np.nan)
-            result[key][known] = every[k]
-    return result
 
 
 def turned(angle: Array, vector: Array) -> Array:
@@ -268,10 +316,9 @@ def read_scene(result: Result) -> DrawnScene:
             angles[body] = np.asarray(driver.position, dtype=float)
     known = {key: np.asarray(entry.position, float) for key, entry in result.points.items()}
     scene = DrawnScene(
-        mechanism, mechanism.values(), angles, origins, status,
-        frozenset(_cylinders(mechanism, driver_names(result))),
-        frozenset(gap["joint"] for gap in open_of(result)),
-        turn=driven_turn(result),
+        mechanism=mechanism, numbers=mechanism.values(), angles=angles, origins=origins,
+        status=status, cylinders=frozenset(_cylinders(mechanism, driver_names(result))),
+        open=frozenset(gap["joint"] for gap in open_of(result)), turn=driven_turn(result),
     )  # fmt: skip
     while _complete(scene, angles, origins, known):
         pass

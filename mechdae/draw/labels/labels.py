@@ -10,7 +10,6 @@ import numpy as np
 from mechdae.draw import style
 from mechdae.draw.diagram.loads import Mark
 from mechdae.draw.diagram.places import (
-    JoinedScene,
     Piece,
     Place,
     free_points,
@@ -20,7 +19,7 @@ from mechdae.draw.diagram.places import (
     within,
     written,
 )
-from mechdae.draw.diagram.scene import Array, DrawnScene
+from mechdae.draw.diagram.scene import Array, DrawnScene, PlacedScene
 from mechdae.draw.fonts import Font, font, ink, plain
 from mechdae.draw.labels import layout
 from mechdae.draw.labels.layout import feet_of
@@ -150,7 +149,7 @@ def _arms(scene: DrawnScene, references: Sequence[str], pose: int) -> list[Array
     return arms
 
 
-def link_numbers(scene: JoinedScene, pose: int, links: Links) -> list[Writing]:
+def link_numbers(scene: PlacedScene, pose: int, links: Links) -> list[Writing]:
     """Return the numbers of the links shown."""
     result = []
     chosen = font(style.NUMBER)

@@ -8,8 +8,7 @@ import numpy as np
 
 from mechdae.describe.joints.joint import Joint
 from mechdae.describe.mechanism import GROUND
-from mechdae.draw.diagram.places import JoinedScene
-from mechdae.draw.diagram.scene import Array
+from mechdae.draw.diagram.scene import Array, PlacedScene
 from mechdae.draw.sheet import normal
 
 if TYPE_CHECKING:
@@ -39,9 +38,9 @@ class Rates:
     fixed: Array = np.zeros(())
     """and of a body."""
 
-    def __init__(self, result: SweepResult, scene: JoinedScene, pose: int) -> None:
+    def __init__(self, result: SweepResult, scene: PlacedScene, pose: int) -> None:
         self.result: SweepResult = result
-        self.scene: JoinedScene = scene
+        self.scene: PlacedScene = scene
         self.pose: int = pose
         self.spins: dict[str, list[Any]] = {GROUND: [self.fixed, self.fixed]}
         self.spins |= {body: self.spin_of(body) for body in scene.mechanism.bodies}

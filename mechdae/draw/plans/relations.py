@@ -19,14 +19,13 @@ import numpy as np
 from mechdae.describe.joints.joint import Joint
 from mechdae.describe.mechanism import GROUND, Mechanism
 from mechdae.draw.diagram.places import (
-    JoinedScene,
     Place,
     free_points,
     letters_of,
     numbers_of,
     places_of,
 )
-from mechdae.draw.diagram.scene import Array, DrawnScene
+from mechdae.draw.diagram.scene import Array, DrawnScene, PlacedScene
 from mechdae.draw.formulas.notations import mathtext, written_letter
 from mechdae.draw.formulas.tree import Equation, Letter, Sum
 from mechdae.draw.plans.board import Arrow, End, Plan
@@ -146,11 +145,11 @@ class Relations:
     pole: str
 
     def __init__(
-        self, result: SweepResult, scene: JoinedScene, pose: int, word: str,
+        self, result: SweepResult, scene: PlacedScene, pose: int, word: str,
         rates: type[Rates] = Rates,
     ) -> None:  # fmt: skip
         self.word: str = word
-        self.scene: JoinedScene = scene
+        self.scene: PlacedScene = scene
         self.pose: int = pose
         self.symbol, self.unit, self.pole = SYMBOLS[word]
         self.rates: Rates = rates(result, scene, pose)
@@ -316,7 +315,7 @@ def joints_of(mechanism: Mechanism, order: Mapping[str, int], bodies: tuple[str,
     ]
 
 
-def groups_of(result: SweepResult, scene: JoinedScene) -> list[tuple[str, tuple[str, ...]]]:
+def groups_of(result: SweepResult, scene: PlacedScene) -> list[tuple[str, tuple[str, ...]]]:
     """Return the Assur groups in the order of their computation: name and bodies."""
     listed = result.summary.get("groups")
     if listed:
@@ -335,7 +334,7 @@ def named_group(names: list[str], wanted: str) -> str:
 
 
 def distinct_letters(
-    scene: JoinedScene, pose: int, places: list[Place], numbers: dict[str, int]
+    scene: PlacedScene, pose: int, places: list[Place], numbers: dict[str, int]
 ) -> dict[str, str]:
     """Return the capital letter of each point; different points have different ones."""
     found = letters_of(scene, pose, places)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -13,51 +13,34 @@ from mechdae.describe.coordinates import NamedCoordinate
 from mechdae.describe.joints.joint import Joint
 from mechdae.describe.joints.spatial import AXES, SpatialJoint, largest
 from mechdae.describe.mechanism import GROUND, Mechanism
-from mechdae.draw.diagram.scene import CLOSED, distinct_paths, driven_turn
+from mechdae.draw.diagram.scene import CLOSED, PlacedScene, driven_turn
 from mechdae.draw.space.viewpoint import Array
 from mechdae.errors import InputError
 from mechdae.records import dataclass
 from mechdae.results.rotations import matrices
-from mechdae.results.status import UNREACHED
 
 if TYPE_CHECKING:
     from mechdae.results import SweepResult
 
 
-@dataclass(frozen=True)
-class SpatialScene:
-    """Placements of the bodies of a mechanism in n poses.
+@dataclass(frozen=True, kw_only=True)
+class SpatialScene(PlacedScene):
+    """Placements in space.
 
     Parameters
     ----------
-    mechanism
-        The mechanism drawn.
-    numbers
-        Values of its parameters and automatic names.
     turns
         By body, the ground included: rotation matrices (n, 3, 3), nan where not known. Links that
         spin freely and the points of vectors have none.
     tracks
         By ``body.point``: positions (n, 3) m, nan where not known.
-    status
-        (n,) text.
     coordinates
         By name: values (n,) of the joint coordinates that are known.
-    way
-        The same motion at more poses, of which the paths are.
-    turn
-        See `mechdae.draw.diagram.scene.DrawnScene`.
     """
 
-    mechanism: Mechanism
-    numbers: Mapping[str, float]
     turns: Mapping[str, Array]
     tracks: Mapping[str, Array]
-    status: tuple[str, ...]
     coordinates: Mapping[str, Array] = field(default_factory=dict)
-    open: frozenset[str] = field(default_factory=frozenset)
-    way: SpatialScene | None = None
-    turn: Array | None = None
 
     @cached_property
     def helpers(self) -> set[str]:
@@ -65,16 +48,16 @@ class SpatialScene:
         return pose_chains(self.mechanism)
 
     @cached_property
-    def origins(self) -> set[str]:
+    def placed(self) -> set[str]:
         """The bodies of which a point is known in some pose, and the ground."""
         return {
             GROUND,
             *(ref.split(".")[0] for ref, track in self.tracks.items() if np.isfinite(track).any()),
         }
 
-    def local(self, reference: str) -> Array:
-        """Return the coordinates (3,) of ``body.point`` in its body."""
-        return np.array([self.numbers[f"{reference}.{axis}"] for axis in AXES])
+    def track(self, reference: str) -> Array:
+        """Return the positions of ``body.point`` in all poses, (n, 3)."""
+        return self.tracks[reference]
 
     def place(self, reference: str, pose: int) -> Array:
         """Return the position (3,) of ``body.point`` in one pose."""
@@ -113,23 +96,14 @@ class SpatialScene:
             bool(np.isfinite(self.tracks[ref][pose]).all()) for ref in self.points(body)
         )
 
-    def joints(self, pose: int) -> list[Joint]:
-        """Return the joints whose two points have places."""
-        return [
-            joint
-            for joint in self.mechanism.joints.values()
-            if all(
-                side in self.tracks and np.isfinite(self.tracks[side][pose]).all()
-                for side in (joint.first, joint.second)
-            )
-        ]
+    def has(self, joint: Joint, pose: int) -> bool:
+        """Return whether both points of a joint have places."""
+        tracks = [self.tracks.get(side) for side in (joint.first, joint.second)]
+        return all(track is not None and np.isfinite(track[pose]).all() for track in tracks)
 
-    def assembled(self) -> list[int]:
-        """Return the poses that are assembled, and not beyond a stop."""
-        there = ~np.isin(self.status, UNREACHED)
-        for track in self.tracks.values():
-            there &= np.isfinite(track).all(axis=-1)
-        return np.flatnonzero(there).tolist()
+    def placements(self) -> Iterator[Array]:
+        """Yield the tracks of all points."""
+        yield from self.tracks.values()
 
     def closes(self, run: Sequence[int]) -> bool:
         """Return whether a run of poses ends where it begins: points and directions."""
@@ -206,23 +180,6 @@ class SpatialScene:
     def _vector(self, name: str) -> Array:
         return np.array([self.numbers[f"{name}.{axis}"] for axis in AXES])
 
-    @cached_property
-    def paths(self) -> dict[str, Array]:
-        """The paths (n, 3) of the points that move, nan where not assembled; equal ones once.
-
-        Straight ones along a guide of the ground are left out.
-        """
-        if self.way is not None:
-            return self.way.paths
-        guided = [
-            joint.second
-            for joint in self.mechanism.joints.values()
-            if joint.guide and joint.first_body == GROUND and joint.second in self.tracks
-        ]
-        points = [ref for ref in self.tracks if ref.split(".")[0] != GROUND]
-        known, count = self.assembled(), len(self.status)
-        return distinct_paths(self.tracks.__getitem__, guided, points, known, count)
-
 
 def read_spatial(result: Any) -> SpatialScene:
     """Return the placements that a result holds.
@@ -247,7 +204,10 @@ def read_spatial(result: Any) -> SpatialScene:
         if "position" in point
     }
     given, turn = _coordinates(result), driven_turn(result)
-    scene = SpatialScene(mechanism, values, turns, tracks, status, given, turn=turn)
+    scene = SpatialScene(
+        mechanism=mechanism, numbers=values, turns=turns, tracks=tracks, status=status,
+        coordinates=given, turn=turn,
+    )  # fmt: skip
     for name in mechanism.ground.points:
         ref = f"{GROUND}.{name}"
         tracks[ref] = np.broadcast_to(scene.local(ref), (count, 3))
