@@ -16,6 +16,7 @@ from mechdae.draw.diagram import symbols
 from mechdae.draw.diagram.loads import Mark
 from mechdae.draw.diagram.scene import Array, DrawnScene, open_of
 from mechdae.draw.diagram.wheels import curve_points
+from mechdae.draw.labels.layout import feet
 from mechdae.draw.sheet import Sheet
 from mechdae.draw.space.spatial_scene import SpatialScene
 from mechdae.errors import InputError
@@ -129,10 +130,7 @@ def _arm(scene: DrawnScene, joint: Joint) -> float:
 
 def _distance(line: Array, place: Array) -> float:
     """Return the distance of a place from a line through points."""
-    steps = np.diff(line, axis=0)
-    square = np.maximum((steps**2).sum(axis=1), 1e-300)
-    along = np.clip(((place - line[:-1]) * steps).sum(axis=1) / square, 0.0, 1.0)
-    return float(np.hypot(*(place - line[:-1] - along[:, None] * steps).T).min())
+    return float(np.hypot(*(place - feet(place, line[:-1], line[1:])).T).min())
 
 
 def _size(way: Array) -> float:

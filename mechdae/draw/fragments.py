@@ -21,7 +21,7 @@ from mechdae.draw import style
 from mechdae.draw.diagram import symbols
 from mechdae.draw.diagram.diagram import DrawnPose, View, extent
 from mechdae.draw.diagram.driver import SPAN
-from mechdae.draw.diagram.guides import travel
+from mechdae.draw.diagram.guides import guide_ends, travel
 from mechdae.draw.diagram.loads import GRAVITY, Mark, peak_force
 from mechdae.draw.diagram.places import AnyScene
 from mechdae.draw.diagram.scene import DrawnScene
@@ -268,9 +268,8 @@ def place_of(scene: DrawnScene, point: str, pose: int) -> Array:
     which = 0 if end == "low" else 1
     if joint.wheels == 1:
         return rack_span(scene, joint, pose)[which]
-    axis = scene.direction(joint.first_body, scene.numbers[f"{name}.axis"], pose)
-    ends = travel(scene, joint, pose, extent(scene, pose, False)[2])
-    return scene.place(joint.first, pose) + ends[which] * axis
+    ends = guide_ends(scene, joint, pose, extent(scene, pose, False)[2])
+    return np.array(ends[which])
 
 
 class FragmentWriter:

@@ -207,8 +207,7 @@ def _ring(sheet: Sheet, scene: DrawnScene, joint: Joint, pose: int) -> None:
         centre = sheet.at(scene.place(joint.first, pose)) if joint.coincide else centre
         sheet.circle(centre, style.PIN + RING, edge=style.ARROW, gid=gid, weight=0.5)
         return
-    axis = scene.direction(joint.first_body, scene.numbers[f"{joint.name}.axis"], pose)
-    wider = symbols.rectangle(centre, axis, RING)
+    wider = symbols.rectangle(centre, scene.axis(joint, pose), RING)
     sheet.line([*wider, wider[0]], color=style.ARROW, gid=gid, weight=0.5)
 
 

@@ -15,8 +15,8 @@ from mechdae.describe.mechanism import GROUND
 from mechdae.draw import style
 from mechdae.draw.closing import check_closes, draw_gaps
 from mechdae.draw.diagram import symbols
-from mechdae.draw.diagram.driver import draw_drivers, driven_bodies, drivers_of, held_drivers
-from mechdae.draw.diagram.guides import draw_guides, travel
+from mechdae.draw.diagram.driver import draw_drivers, driven_bodies, drivers_of, moving_drivers
+from mechdae.draw.diagram.guides import draw_guides, guide_ends
 from mechdae.draw.diagram.heads import draw_frame, outside_of, write_heads, write_legend
 from mechdae.draw.diagram.loads import DrawnLoads, Mark, load_points
 from mechdae.draw.diagram.places import (
@@ -227,9 +227,7 @@ def draw_scene(
     size = (view.bounds or extent(scene, pose, view.traces))[2]
     places = places_of(scene, pose)
     drivers = drivers_of(scene, result) if view.drivers is None else [*view.drivers]
-    held = held_drivers(result, drivers)
-    moved = [entry for entry in drivers if entry.text not in held]
-    colors = dict.fromkeys(driven_bodies(scene, moved), style.DRIVEN)
+    colors = dict.fromkeys(driven_bodies(scene, moving_drivers(result, drivers)), style.DRIVEN)
     links = _draw_links(sheet, scene, pose, size, colors, outside_of(result))
     _draw_places(sheet, scene, pose, places, links)
     if not view.bare:
@@ -275,10 +273,7 @@ def extent(scene: DrawnScene, pose: int, paths: bool) -> tuple[Array, Array, flo
         if joint.wheels == 1:
             more.append(np.array(rack_span(scene, joint, pose)[:2]))
         if joint.straight and joint.name not in scene.cylinders:
-            axis = scene.direction(joint.first_body, scene.numbers[f"{joint.name}.axis"], pose)
-            now = float(scene.slide(joint)[pose])
-            ends = np.array(travel(scene, joint, pose, size)) - now
-            more.append(scene.place(joint.second, pose) + np.outer(ends, axis))
+            more.append(guide_ends(scene, joint, pose, size))
     if paths:
         more += scene.paths.values()
     everything = np.vstack(more)
@@ -368,8 +363,7 @@ def _draw_links(
                 sides = zip(corners, np.roll(corners, -1, axis=0), strict=True)
                 links.bars[joint.first_body] = [*links.bars[joint.first_body], *sides]
         if joint.guide and joint.name not in scene.cylinders:
-            axis = scene.direction(joint.first_body, scene.numbers[f"{joint.name}.axis"], pose)
-            links.blocks[joint.second_body] = symbols.rectangle(second, axis)
+            links.blocks[joint.second_body] = symbols.rectangle(second, scene.axis(joint, pose))
         if joint.bar:
             ends, gid, z = [first, second], f"joint-{joint.name}-distance", style.Z_BAR
             with sheet.on(joint.first, joint.second):

@@ -17,6 +17,7 @@ from mechdae.draw.diagram.guides import cylinder_of
 from mechdae.draw.diagram.places import Place
 from mechdae.draw.diagram.scene import Array, DrawnScene, PlacedScene, driver_names
 from mechdae.draw.diagram.wheels import circles, tangent
+from mechdae.draw.labels.layout import feet
 from mechdae.draw.primitives import Anchor
 from mechdae.draw.sheet import Sheet, arc, normal, unit
 from mechdae.draw.words import ENGLISH, Words
@@ -57,6 +58,12 @@ def held_drivers(result: Result, drivers: Sequence[NamedCoordinate]) -> set[str]
         return {driver.coordinate for driver in listed if driver.law is None}
     still = {entry.text for entry in drivers if _rests(given[entry.text])}
     return still if len(still) < len(drivers) else set()
+
+
+def moving_drivers(result: Result, drivers: Sequence[NamedCoordinate]) -> list[NamedCoordinate]:
+    """Return the drivers that do not keep their value."""
+    held = held_drivers(result, drivers)
+    return [entry for entry in drivers if entry.text not in held]
 
 
 def _rests(driver: Series) -> bool:
@@ -276,12 +283,9 @@ def _around(sheet: Sheet, low: Array, high: Array) -> tuple[Array, Array]:
 
 def _covered(lines: Array, boxes: Array, points: Array) -> float:
     """Return what a line through some points would cover of segments and boxes."""
-    start, step, weight = lines[:, 0:2], lines[:, 2:4] - lines[:, 0:2], lines[:, 4]
-    length = (step**2).sum(axis=1)
-    along = ((points[:, None] - start) * step).sum(axis=-1) / np.where(length > 0, length, 1.0)
-    foot = start + np.clip(along, 0.0, 1.0)[..., None] * step
-    close = np.hypot(*np.moveaxis(points[:, None] - foot, -1, 0)) < NEAR
-    total = float((weight * close.mean(axis=0)).sum())
+    away = points[:, None] - feet(points[:, None], lines[:, 0:2], lines[:, 2:4])
+    close = np.hypot(*np.moveaxis(away, -1, 0)) < NEAR
+    total = float((lines[:, 4] * close.mean(axis=0)).sum())
     inside = (points[:, None] > boxes[:, 0:2] - NEAR) & (points[:, None] < boxes[:, 2:4] + NEAR)
     return total + float((boxes[:, 4] * inside.all(axis=-1).mean(axis=0)).sum())
 
@@ -290,10 +294,7 @@ def travel_of(scene: DrawnScene, entry: NamedCoordinate, pose: int) -> tuple[Arr
     """Return the point [m] that travels along a coordinate, and the direction of its growth."""
     if entry.part in scene.mechanism.joints:
         joint = scene.mechanism.joints[entry.part]
-        if follows_curve(joint):
-            axis = tangent(scene, joint, pose)
-        else:
-            axis = scene.direction(joint.first_body, scene.numbers[f"{joint.name}.axis"], pose)
+        axis = tangent(scene, joint, pose) if follows_curve(joint) else scene.axis(joint, pose)
         return scene.place(joint.second, pose), axis
     return scene.place(f"{entry.part}.{entry.point}", pose), np.eye(2)[entry.axis]
 

@@ -21,17 +21,18 @@ USUAL = 250.0
 """Size of a mechanism in a picture of usual size [units]."""
 
 
-def axis_of(scene: DrawnScene, joint: Joint, pose: int) -> Array:
-    """Return the direction of a guide or slot."""
-    return scene.direction(joint.first_body, scene.numbers[f"{joint.name}.axis"], pose)
-
-
 def travel(scene: DrawnScene, joint: Joint, pose: int, size: float) -> tuple[float, float]:
     """Return the least and greatest slide [m] of all poses, near the one drawn."""
     slides = scene.slide(joint)
     now = float(slides[pose])
     near = np.clip(slides[np.isfinite(slides)], now - REACH * size, now + REACH * size)
     return float(near.min()), float(near.max())
+
+
+def guide_ends(scene: DrawnScene, joint: Joint, pose: int, size: float) -> Array:
+    """Return the places [m] between which what slides is in all poses, (2, 2)."""
+    ways = np.outer(travel(scene, joint, pose, size), scene.axis(joint, pose))
+    return scene.place(joint.first, pose) + ways
 
 
 def cylinder_of(
@@ -91,17 +92,14 @@ def _draw_prismatic(
     sheet: Sheet, scene: DrawnScene, joint: Joint, pose: int, size: float, colors: dict[str, str]
 ) -> list[tuple[Array, Array]]:
     center = sheet.at(scene.place(joint.second, pose))
-    axis, turn = axis_of(scene, joint, pose), f"{joint.name}/axis"
-    low, high = travel(scene, joint, pose, size)
-    now = float(scene.slide(joint)[pose])
-    start = center + (low - now) * sheet.metre * axis
-    end = center + (high - now) * sheet.metre * axis
+    axis, turn = scene.axis(joint, pose), f"{joint.name}/axis"
+    start, end = sheet.at(guide_ends(scene, joint, pose, size))
     with sheet.on(joint.second, turn=turn):
         symbols.block(sheet, center, axis, f"joint-{joint.name}-prismatic")
     margin = (style.BLOCK[0] + 7.0) * axis
     ends = (f"{joint.name}/low", f"{joint.name}/high")
     if joint.first_body == GROUND:
-        side = _clear_side(sheet, scene, joint, pose, (low - now, high - now))
+        side = _clear_side(sheet, scene, joint, pose, size)
         shift, gid = style.BLOCK[1] * side, f"joint-{joint.name}-guide"
         with sheet.on(*ends, turn=turn, span=True):
             symbols.hatch(sheet, start - margin + shift, end + margin + shift, side, gid)
@@ -127,9 +125,7 @@ def _draw_prismatic(
     return [line]
 
 
-def _clear_side(
-    sheet: Sheet, scene: DrawnScene, joint: Joint, pose: int, ways: tuple[float, float]
-) -> Array:
+def _clear_side(sheet: Sheet, scene: DrawnScene, joint: Joint, pose: int, size: float) -> Array:
     """Return the side of a fixed guide that fewer bars cross, in a motion in all its poses.
 
     It is the same at every scale: the wall is as far off as in a picture of usual size.
@@ -140,16 +136,16 @@ def _clear_side(
             return sheet.memory[key]
         known = scene.assembled() or [pose]
         poses = known[:: max(len(known) // 12, 1)]
-    axis, center = axis_of(scene, joint, pose), scene.place(joint.second, pose)
+    axis, ends = scene.axis(joint, pose), guide_ends(scene, joint, pose, size)
     middle = np.mean([_middle(scene, k) for k in poses], axis=0)
-    side = guide_side(axis, center + sum(ways) / 2 * axis, middle)
+    side = guide_side(axis, ends.mean(axis=0), middle)
     bars = np.vstack([_other_bars(scene, joint.second_body, k) for k in poses])
     spots = np.vstack([bars.reshape(-1, 2), middle])
     step = float(np.ptp(spots, axis=0).max()) / USUAL
-    reach = np.array(ways) + step * (style.BLOCK[0] + 7.0) * np.array([-1.0, 1.0])
+    ends += step * (style.BLOCK[0] + 7.0) * np.outer([-1.0, 1.0], axis)
 
     def crossed(way: Array) -> float:
-        line = center + step * style.BLOCK[1] * way + np.outer(reach, axis)
+        line = ends + step * style.BLOCK[1] * way
         return float(cuts(line[:1], line[1:], bars)[0])
 
     side = min((side, -side), key=crossed)
@@ -161,7 +157,7 @@ def _clear_side(
 def _draw_corner(sheet: Sheet, scene: DrawnScene, joint: Joint, pose: int, center: Array) -> None:
     """Mark where a moving guide is fixed to a bar of its body."""
     origin = sheet.at(scene.place(joint.first, pose))
-    toward, axis = center - origin, axis_of(scene, joint, pose)
+    toward, axis = center - origin, scene.axis(joint, pose)
     if np.hypot(*toward) < 2.2 * style.BLOCK[0]:
         toward = -axis * np.sign(float(toward @ axis) or 1.0)
     for point in scene.mechanism.body(joint.first_body).points:
@@ -207,20 +203,16 @@ def _slot_ends(
     sheet: Sheet, scene: DrawnScene, joint: Joint, pose: int, size: float
 ) -> tuple[Array, Array]:
     """Return the places of the pin at the ends of the slot, with some play."""
-    low, high = travel(scene, joint, pose, size)
-    now, axis = float(scene.slide(joint)[pose]), axis_of(scene, joint, pose)
-    center = sheet.at(scene.place(joint.first, pose)) + now * sheet.metre * axis
-    play = 4.0 if high > low else 5.0 * style.PIN
-    below = center + ((low - now) * sheet.metre - play) * axis
-    above = center + ((high - now) * sheet.metre + play) * axis
-    return below, above
+    low, high = sheet.at(guide_ends(scene, joint, pose, size))
+    play = (4.0 if (high != low).any() else 5.0 * style.PIN) * scene.axis(joint, pose)
+    return low - play, high + play
 
 
 def _draw_slot(
     sheet: Sheet, scene: DrawnScene, joint: Joint, pose: int, size: float, colors: dict[str, str]
 ) -> list[tuple[Array, Array]]:
     start, end = _slot_ends(sheet, scene, joint, pose, size)
-    body, axis = joint.first_body, axis_of(scene, joint, pose)
+    body, axis = joint.first_body, scene.axis(joint, pose)
     color, turn = colors.get(body, style.INK), f"{joint.name}/axis"
     ends = (f"{joint.name}/low", f"{joint.name}/high")
     with sheet.on(*ends, turn=turn, span=True):

@@ -216,6 +216,10 @@ class DrawnScene(PlacedScene):
         total = self.angles[body][pose] + angle
         return np.array([np.cos(total), np.sin(total)])
 
+    def axis(self, joint: Joint, pose: int) -> Array:
+        """Return the unit vector along the axis of a guide or a slot."""
+        return self.direction(joint.first_body, self.numbers[f"{joint.name}.axis"], pose)
+
     def shown(self, body: str, pose: int) -> bool:
         """Return whether the body has a placement in that pose."""
         return body in self._there and self._there[body][pose]

@@ -209,18 +209,30 @@ def merge(first: Label, second: Label, surcharge: float) -> Label:
 
 def cuts(starts: Array, ends: Array, segments: Array) -> Array:
     """Return how many of the segments each line from start to end crosses, (lines,)."""
-
-    def side(a: Array, b: Array, c: Array) -> Array:
-        return np.sign(
-            (b[..., 0] - a[..., 0]) * (c[..., 1] - a[..., 1])
-            - (b[..., 1] - a[..., 1]) * (c[..., 0] - a[..., 0])
-        )
-
-    a, b = starts[:, None], ends[:, None]
-    c, d = segments[None, :, 0:2], segments[None, :, 2:4]
-    apart = (side(a, b, c) * side(a, b, d) < 0) & (side(c, d, a) * side(c, d, b) < 0)
-    count: Array = apart.sum(axis=1).astype(float)
+    met = meet(starts[:, None], ends[:, None], segments[None, :, 0:2], segments[None, :, 2:4])
+    count: Array = met.sum(axis=1).astype(float)
     return count
+
+
+def meet(a: Array, b: Array, c: Array, d: Array) -> Booleans:
+    """Return whether lines from a to b cross those from c to d, (..., 2) each."""
+
+    def side(p: Array, q: Array, r: Array) -> Array:
+        u, v = q - p, r - p
+        return np.sign(u[..., 0] * v[..., 1] - u[..., 1] * v[..., 0])
+
+    both: Booleans = side(a, b, c) * side(a, b, d) < 0
+    both &= side(c, d, a) * side(c, d, b) < 0
+    return both
+
+
+def feet(places: Array, starts: Array, ends: Array) -> Array:
+    """Return the points of lines from start to end that are nearest to places, (..., 2) each."""
+    step = ends - starts
+    length = (step**2).sum(axis=-1)
+    along = ((places - starts) * step).sum(axis=-1) / np.where(length > 0, length, 1.0)
+    nearest: Array = starts + np.clip(along, 0.0, 1.0)[..., None] * step
+    return nearest
 
 
 def _support(width: float, height: float, out: Array) -> float:
@@ -267,10 +279,10 @@ class Candidates:
         )
         if own is not None and len(own):
             self.fixed = self.fixed - STRANGER * _halo(own, places, half)
-        feet = places if anchors is None or not len(anchors) else feet_of(places, anchors)
+        near = places if anchors is None or not len(anchors) else feet_of(places, anchors)
         # of each place middle and half sides of its box, middle of the way to its foot, half of it
-        self.table: Array = np.hstack([places, sides, (places + feet) / 2, (feet - places) / 2]).T
-        low, high = np.minimum(places - half, feet), np.maximum(places + half, feet)
+        self.table: Array = np.hstack([places, sides, (places + near) / 2, (near - places) / 2]).T
+        low, high = np.minimum(places - half, near), np.maximum(places + half, near)
         self.boxes, self.box = (
             np.hstack([low, high]),
             np.hstack([low.min(axis=0), high.max(axis=0)]),
@@ -370,12 +382,9 @@ def _halo(own: Array, places: Array, half: Array) -> Array:
 
 def feet_of(places: Array, anchors: Array) -> Array:
     """Return for each place the nearest point of the lines (x0, y0, x1, y1), (places, 2)."""
-    start, step = anchors[:, 0:2], anchors[:, 2:4] - anchors[:, 0:2]
-    length = (step**2).sum(axis=1)
-    along = ((places[:, None] - start) * step).sum(axis=-1) / np.where(length > 0, length, 1.0)
-    spots: Array = start + np.clip(along, 0.0, 1.0)[..., None] * step
+    spots = feet(places[:, None], anchors[:, 0:2], anchors[:, 2:4])
     if len(anchors) == 1:
         return spots[:, 0]
     away = np.hypot(*np.moveaxis(spots - places[:, None], -1, 0))
-    feet: Array = spots[np.arange(len(spots)), np.argmin(np.round(away, 6), axis=1)]
-    return feet
+    nearest: Array = spots[np.arange(len(spots)), np.argmin(np.round(away, 6), axis=1)]
+    return nearest

@@ -94,8 +94,7 @@ class BodyForces:
         for entry, force in self.efforts(body):
             joint = self.scene.mechanism.joints.get(entry.part)
             if entry.unit == "m" and joint is not None:
-                angle = self.scene.numbers[f"{joint.name}.axis"]
-                axis = self.scene.direction(joint.first_body, angle, self.pose)
+                axis = self.scene.axis(joint, self.pose)
                 yield entry.text, self.rates.place(joint.second), force * axis
             elif entry.unit == "m":
                 place = self.rates.place(f"{body}.{entry.point}")

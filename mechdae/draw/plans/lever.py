@@ -75,7 +75,7 @@ class Lever:
 
 def turned(vector: Array) -> Array:
     """Return a vector turned clockwise by a right angle."""
-    return np.array([vector[1], -vector[0]])
+    return -normal(vector)
 
 
 def lever(result: Any, scene: DrawnScene, pose: int) -> Lever:
@@ -142,7 +142,7 @@ def _acting(balance: BodyForces, body: str, force: Array, moment: float) -> Arra
     size = float(force @ force)
     if not size or body in balance.turned:
         return origin
-    return origin + np.array([force[1], -force[0]]) * moment / size
+    return origin + turned(force) * moment / size
 
 
 def _couple(

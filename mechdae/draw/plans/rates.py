@@ -126,8 +126,7 @@ class Rates:
         key = f"slide_{name}"
         if key not in series or not np.isfinite(series[key][self.pose]):
             return None
-        angle = self.scene.numbers[f"{joint.name}.axis"]
-        axis = cast("DrawnScene", self.scene).direction(joint.first_body, angle, self.pose)
+        axis = cast("DrawnScene", self.scene).axis(joint, self.pose)
         return float(series[key][self.pose]) * axis
 
     def coriolis(self, joint: Joint) -> Array | None:

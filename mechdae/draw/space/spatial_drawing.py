@@ -13,8 +13,9 @@ from mechdae.describe.coordinates import NamedCoordinate
 from mechdae.describe.joints.joint import Joint
 from mechdae.describe.mechanism import GROUND
 from mechdae.draw import style
+from mechdae.draw.diagram import symbols
 from mechdae.draw.diagram.diagram import FAR, DrawnPose, View
-from mechdae.draw.diagram.driver import driven_bodies, drivers_of, held_drivers, sense_of
+from mechdae.draw.diagram.driver import driven_bodies, drivers_of, moving_drivers, sense_of
 from mechdae.draw.diagram.heads import outside_of
 from mechdae.draw.diagram.loads import load_points
 from mechdae.draw.diagram.places import free_points
@@ -168,9 +169,7 @@ def items_of(
     sheet: Sheet, scene: SpatialScene, result: SweepResult, index: int, shown: SpatialView
 ) -> tuple[SpatialPose, list[Item], Links]:
     """Return one pose with what is drawn of joints, links, vectors and drivers."""
-    drivers = drivers_of(scene, result)
-    held = held_drivers(result, drivers)
-    moving = [entry for entry in drivers if entry.text not in held]
+    moving = moving_drivers(result, drivers_of(scene, result))
     colors = dict.fromkeys(driven_bodies(scene, moving), style.DRIVEN)
     pose = shown.pose(sheet, scene, index, colors, outside_of(result))
     items, links = pose.build()
@@ -251,8 +250,7 @@ def draw_triad(sheet: Sheet, view: Viewpoint) -> None:
         else:
             along = unit(arm)
             sheet.line([middle, tip - 4.0 * along], color=color, gid=f"axis-{name}")
-            back, side = tip - 6.0 * along, 2.2 * normal(along)
-            sheet.area([tip, back + side, back - side], fill=color, edge=color, width=0.3)
+            symbols.tip(sheet, middle, tip, color, size=(6.0, 2.2))
             place = tip + 6.5 * along
         sheet.text(place, name, font(11.0, style="italic"), color, f"axis-{name}-label", "")
     sheet.box(spot - half * 0.9, spot + half * 0.9)

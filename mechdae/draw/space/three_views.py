@@ -7,13 +7,11 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
 
 from mechdae.draw import style
 from mechdae.draw.diagram.diagram import draw_pose
 from mechdae.draw.diagram.heads import write_heads
-from mechdae.draw.figure import note
+from mechdae.draw.figure import new_figure, note
 from mechdae.draw.fonts import font
 from mechdae.draw.sheet import MILLIMETRE
 from mechdae.draw.space.spatial_drawing import SpatialView, extent
@@ -53,8 +51,7 @@ def draw_three(
     """
     if ax is not None:
         raise InputError("three views have a figure of their own", where="ax")
-    figure = Figure(figsize=SIZE, dpi=style.DPI, facecolor=theme.paint(style.PAPER))
-    FigureCanvasAgg(figure)
+    figure = new_figure(*SIZE, theme.paint(style.PAPER))
     views = [*orthographic(scene.mechanism).values()]
     views = [views[0], views[2], views[1], shown.viewpoint]
     bounds = [extent(scene, [index], view, shown.moved, shown.traces) for view in views]

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mechdae.describe.mechanism import Mechanism
+from mechdae.draw.labels.layout import feet, meet
 from mechdae.errors import InputError
 from mechdae.records import dataclass
 
@@ -248,12 +249,8 @@ def _sharp(a: Array, b: Array, ends: Indices) -> Array:
 
 def _aside(flat: Array, a: Array, b: Array, ends: Indices) -> Array:
     """Return what points cost that lie on bars to which they do not belong."""
-    step = b - a
-    length = (step**2).sum(axis=-1)
-    away = flat[:, :, None] - a[:, None]
-    along = (away * step[:, None]).sum(axis=-1) / np.where(length > 0, length, 1.0)[:, None]
-    foot = a[:, None] + np.clip(along, 0.0, 1.0)[..., None] * step[:, None]
-    gap = np.hypot(*np.moveaxis(flat[:, :, None] - foot, -1, 0))
+    away = flat[:, :, None] - feet(flat[:, :, None], a[:, None], b[:, None])
+    gap = np.hypot(*np.moveaxis(away, -1, 0))
     k = np.arange(flat.shape[1])[:, None]
     strange = (k != ends[:, 0]) & (k != ends[:, 1])
     result: Array = (np.maximum(0.0, 1.0 - gap / ASIDE) * strange).sum(axis=(1, 2))
@@ -265,12 +262,5 @@ def _crossings(a: Array, b: Array, ends: Indices) -> Array:
     i, j = np.triu_indices(len(ends), 1)
     apart = ~(ends[i][:, :, None] == ends[j][:, None, :]).any(axis=(1, 2))
     i, j = i[apart], j[apart]
-
-    def side(p: Array, q: Array, r: Array) -> Array:
-        u, v = q - p, r - p
-        return np.sign(u[..., 0] * v[..., 1] - u[..., 1] * v[..., 0])
-
-    p, q, r, s = a[:, i], b[:, i], a[:, j], b[:, j]
-    both = (side(p, q, r) * side(p, q, s) < 0) & (side(r, s, p) * side(r, s, q) < 0)
-    result: Array = both.sum(axis=1).astype(float)
+    result: Array = meet(a[:, i], b[:, i], a[:, j], b[:, j]).sum(axis=1).astype(float)
     return result

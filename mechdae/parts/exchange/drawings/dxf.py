@@ -11,7 +11,7 @@ from mechdae import __version__
 from mechdae.describe import GROUND, Joint
 from mechdae.draw import style
 from mechdae.draw.diagram.diagram import View, draw_pose, extent
-from mechdae.draw.diagram.guides import axis_of, travel
+from mechdae.draw.diagram.guides import guide_ends
 from mechdae.draw.diagram.places import places_of, shape_of
 from mechdae.draw.diagram.scene import DrawnScene, choose_pose, read_scene
 from mechdae.draw.diagram.wheels import circles
@@ -94,10 +94,9 @@ class _Drawing:
     def _guide(self, joint: Joint) -> None:
         """Write the line of a block on a fixed guide, or both sides of the slot of a pin."""
         scene, metre = self.scene, self.sheet.metre
-        axis = axis_of(scene, joint, self.pose)
-        low, high = travel(scene, joint, self.pose, extent(scene, self.pose, False)[2])
+        axis, size = scene.axis(joint, self.pose), extent(scene, self.pose, False)[2]
         reach, side = 1.6 * style.BLOCK[0] / metre, 1.3 * style.PIN / metre * normal(axis)
-        ends = scene.place(joint.first, self.pose) + np.outer([low - reach, high + reach], axis)
+        ends = guide_ends(scene, joint, self.pose, size) + np.outer([-reach, reach], axis)
         for shift in (0.0,) if joint.keeps_angle else (1.0, -1.0):
             self.out.line("GUIDES", ends + shift * side)
 
