@@ -22,7 +22,6 @@ from mechdae.draw.diagram.scene import Array, DrawnScene
 from mechdae.draw.plans.board import Arrow, Plan
 from mechdae.draw.plans.rates import Rates
 from mechdae.draw.plans.relations import STILL, groups_of
-from mechdae.draw.sheet import normal
 from mechdae.results.kinds import ReactionsResult
 
 ZERO = np.zeros(2)
@@ -74,9 +73,7 @@ class BodyForces:
     def centre(self, body: str) -> Array:
         """Return the place of the centre of mass."""
         x, y = (self.scene.numbers.get(f"{body}.center.{axis}", 0.0) for axis in "xy")
-        along = self.scene.direction(body, 0.0, self.pose)
-        place: Array = self.scene.origins[body][self.pose] + x * along + y * normal(along)
-        return place
+        return self.scene.carried(body, np.array([x, y]), self.pose)
 
     def efforts(self, body: str) -> Iterator[tuple[NamedCoordinate, float]]:
         """Yield the coordinates of drivers that act on a body, and their efforts on it."""

@@ -23,6 +23,7 @@ from mechdae.draw.diagram.places import (
     places_of,
 )
 from mechdae.draw.labels.labels import Links, Writing, letter
+from mechdae.draw.labels.layout import feet
 from mechdae.draw.primitives import PAPER, Anchor, Array
 from mechdae.draw.sheet import Sheet
 from mechdae.draw.space import solids
@@ -472,10 +473,5 @@ def link_items(link: SpatialLink) -> tuple[list[Item], list[tuple[Array, Array]]
 
 
 def _on_edge(points: Array, edges: Sequence[tuple[int, int]], k: int) -> bool:
-    for a, b in edges:
-        way = points[b] - points[a]
-        length = float(np.linalg.norm(way))
-        off = float(np.linalg.norm(np.cross(way, points[k] - points[a]))) / length
-        if length > 0 and off <= SAME:
-            return True
-    return False
+    a, b = points[np.reshape(edges, (-1, 2)).T]
+    return bool((np.linalg.norm(points[k] - feet(points[k], a, b), axis=1) <= SAME).any())
