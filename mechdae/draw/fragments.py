@@ -242,11 +242,9 @@ class FragmentFrame(AnchorFrame):
     """A frame of the plane, with ends of guides, of joints' axes, of lines between points."""
 
     def base(self, point: str) -> Array:
-        """Return a point on the sheet."""
         return self.sheet.at(place_of(self.scene, point, self.pose))
 
     def angle(self, turn: str) -> float:
-        """Return the angle [rad] of the frame that ways are told in."""
         name, _, kind = turn.partition("/")
         if not kind:
             return super().angle(name)

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import itertools
 from abc import abstractmethod
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
 from math import cos, sin
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from mechdae.describe.coordinates import NamedCoordinate, coordinate
 from mechdae.describe.joints.joint import Joint
@@ -36,7 +36,7 @@ CROWDED = 0.08
 BOOK = (30.0, 70.0)
 """Angle of the driver [deg] at which books draw a mechanism."""
 CLOSED = 1e-9
-"""First and last pose are the same if no point is farther off than this share of its path."""
+"""First and last pose are the same if no point is farther off than this share of the scale."""
 SHORT = 4
 """Of so many poses or fewer the first one is drawn."""
 
@@ -95,20 +95,28 @@ class PlacedScene:
         """Return the position of ``body.point`` in one pose."""
 
     @abstractmethod
+    def carried(self, body: str, local: Array, pose: int) -> Array:
+        """Return where a place of a body's frame is; nan where that is not known."""
+
+    @abstractmethod
     def shown(self, body: str, pose: int) -> bool:
         """Return whether the body has a placement in that pose."""
 
     @abstractmethod
-    def has(self, joint: Joint, pose: int) -> bool:
-        """Return whether both sides of a joint are shown."""
+    def known(self) -> Iterable[ArrayLike]:
+        """Return in which poses (n,) bodies, or points, have a place."""
 
     @abstractmethod
-    def placements(self) -> Iterator[Array]:
-        """Yield what tells the poses of all bodies: (n, ...), nan where it is not known."""
+    def directions(self) -> Iterator[Array]:
+        """Yield the directions (n, ...) of bodies, the same after a whole turn."""
 
     @abstractmethod
     def series(self, entry: NamedCoordinate) -> Array:
         """Return a coordinate in all poses, (n,); nan where it is not known."""
+
+    def has(self, joint: Joint, pose: int) -> bool:
+        """Return whether both sides of a joint are shown."""
+        return self.shown(joint.first_body, pose) and self.shown(joint.second_body, pose)
 
     def joints(self, pose: int) -> list[Joint]:
         """Return the joints that are shown, without open ones."""
@@ -118,9 +126,20 @@ class PlacedScene:
     def assembled(self) -> list[int]:
         """Return the poses that are assembled, and not beyond a stop."""
         there = ~np.isin(self.status, UNREACHED)
-        for series in self.placements():
-            there &= np.isfinite(series).reshape(len(there), -1).all(axis=1)
-        return np.flatnonzero(there).tolist()
+        return np.flatnonzero(np.all([there, *map(np.asarray, self.known())], axis=0)).tolist()
+
+    def closes(self, run: Sequence[int]) -> bool:
+        """Return whether a run of poses ends where it begins.
+
+        Gears may return to another tooth: what counts is where points and directions are.
+        """
+        tracks = [self.track(ref) for body in self.mechanism.bodies for ref in self.points(body)]
+        sized = [(track, self.mechanism.scale) for track in tracks]
+        sized += [(turn, 1.0) for turn in self.directions()]
+        return len(run) > 2 and all(
+            float(np.abs(series[run[-1]] - series[run[0]]).max()) <= CLOSED * size
+            for series, size in sized
+        )
 
     @cached_property
     def paths(self) -> dict[str, Array]:
@@ -177,16 +196,13 @@ class DrawnScene(PlacedScene):
 
     @property
     def placed(self) -> Collection[str]:
-        """The bodies of which a pose is known, and the ground."""
         return self.origins.keys()
 
     def points(self, body: str) -> list[str]:
-        """Return the references of the points of a body whose places are known."""
         names = self.mechanism.body(body).points if body in self.origins else ()
         return [f"{body}.{name}" for name in names]
 
     def track(self, reference: str) -> Array:
-        """Return the positions of ``body.point`` in all poses, (n, 2), read-only."""
         known: dict[str, Array] = self._tracks
         if reference not in known:
             body = reference.split(".")[0]
@@ -195,7 +211,6 @@ class DrawnScene(PlacedScene):
         return known[reference]
 
     def place(self, reference: str, pose: int) -> Array:
-        """Return the position of ``body.point`` in one pose."""
         body = reference.split(".")[0]
         angle, (u, v) = float(self.angles[body][pose]), self.origins[body][pose].tolist()
         x, y = (self.numbers[f"{reference}.{axis}"] for axis in "xy")
@@ -207,7 +222,6 @@ class DrawnScene(PlacedScene):
         return vector if frame == "world" else turned(self.angles[frame][[pose]], vector)[0]
 
     def carried(self, body: str, local: Array, pose: int) -> Array:
-        """Return where a place of a body's frame is."""
         place: Array = self.origins[body][pose] + self.in_world(body, local, pose)
         return place
 
@@ -221,7 +235,6 @@ class DrawnScene(PlacedScene):
         return self.direction(joint.first_body, self.numbers[f"{joint.name}.axis"], pose)
 
     def shown(self, body: str, pose: int) -> bool:
-        """Return whether the body has a placement in that pose."""
         return body in self._there and self._there[body][pose]
 
     @cached_property
@@ -236,34 +249,14 @@ class DrawnScene(PlacedScene):
     def _tracks(self) -> dict[str, Array]:
         return {}
 
-    def has(self, joint: Joint, pose: int) -> bool:
-        """Return whether both bodies of a joint are shown."""
-        return self.shown(joint.first_body, pose) and self.shown(joint.second_body, pose)
+    def known(self) -> Iterable[ArrayLike]:
+        return self._there.values()
 
-    def placements(self) -> Iterator[Array]:
-        """Yield angles and origins of all bodies."""
-        for body, origins in self.origins.items():
-            yield from (self.angles[body], origins)
-
-    def closes(self, run: Sequence[int]) -> bool:
-        """Return whether a run of poses ends where it begins.
-
-        Gears may return to another tooth: what counts is where points and directions are.
-        """
-        if len(run) < 3:
-            return False
-        for body in set(self.mechanism.bodies) & set(self.origins):
-            turn = float(self.angles[body][run[-1]] - self.angles[body][run[0]])
-            track, points = self.origins[body][list(run)], self.mechanism.body(body).points
-            sizes = [float(np.abs(self.local(f"{body}.{point}")).max()) for point in points]
-            size = max(float(np.ptp(track, axis=0).max()), *sizes, 0.0)
-            off = float(np.hypot(*(track[-1] - track[0])))
-            if abs(np.sin(turn / 2)) > CLOSED or off > CLOSED * size:
-                return False
-        return True
+    def directions(self) -> Iterator[Array]:
+        for angle in self.angles.values():
+            yield np.stack([np.cos(angle), np.sin(angle)], axis=-1)
 
     def series(self, entry: NamedCoordinate) -> Array:
-        """Return a coordinate in all poses, (n,); nan where it is not known."""
         unknown = np.full(len(self.status), np.nan)
         if entry.kind == "body angle":
             return self.angles.get(entry.part, unknown)

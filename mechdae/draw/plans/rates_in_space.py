@@ -24,11 +24,9 @@ class RatesInSpace(Rates):
         return NAMES[0] not in series and bool(np.any(series.get(SPINS[0], 1.0)))
 
     def slides(self, joint: Joint) -> bool:
-        """Whether the second point of a joint moves in the first body."""
         return not (joint.coincide or joint.bar or joint.wheels or joint.pointer)
 
     def across(self, spin: Array, arm: Array) -> Array:
-        """Return spin x arm."""
         return np.cross(spin, arm)
 
     def centripetal(self, body: str, arm: Array) -> Array:
@@ -39,7 +37,6 @@ class RatesInSpace(Rates):
         """Return None: what is seen from the first body follows from the points."""
 
     def coriolis(self, joint: Joint) -> Array:
-        """Return 2 omega x v of the second body's point seen from the first body."""
         place = self.place(joint.second)
         seen = self.of(joint.second, NAMES[0]) - self.at(joint.first_body, place, NAMES[0])
         return 2 * self.turning(joint.first_body, seen)

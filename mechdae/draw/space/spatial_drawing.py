@@ -68,7 +68,6 @@ class SpatialView(View):
     moved: Mapping[str, float] = field(default_factory=dict)
 
     def flat(self, places: ArrayLike) -> Array:
-        """Return places in the picture, (..., 2), in the same unit."""
         return self.viewpoint.flat(places)
 
     def pose(
@@ -82,7 +81,6 @@ class SpatialView(View):
     def room(
         self, scene: SpatialScene, poses: Sequence[int], paths: bool
     ) -> tuple[Array, Array, float]:
-        """Return the corners [m] of what is in the pictures of poses, and the mechanism's size."""
         return extent(scene, poses, self.viewpoint, self.moved, paths)
 
     def ghost(self, sheet: Sheet, scene: SpatialScene, pose: int) -> Iterator[tuple[Array, Array]]:
@@ -189,7 +187,6 @@ class SpatialFrame(AnchorFrame):
         super().__init__(sheet, scene, pose, anchor)
 
     def base(self, point: str) -> Array:
-        """Return a point on the sheet."""
         return self.sheet.at(self.of.view.flat(self.of.base(point)))
 
     def angle(self, turn: str) -> float:

@@ -69,7 +69,6 @@ class SpatialLoads(DrawnLoads):
         return self.of.view.seen(way)
 
     def anchor(self, entry: NamedCoordinate) -> Anchor:
-        """Return what is drawn at a coordinate moves with."""
         joint = self.scene.mechanism.joints.get(entry.part)
         if joint is None:
             return Anchor((f"{entry.part}.{entry.point}",))
@@ -189,5 +188,4 @@ class SpatialLoads(DrawnLoads):
         return 0.0
 
     def on_body(self, name: str, *places: str) -> Anchor:
-        """Return what places of a body move with."""
         return Anchor(tuple(f"{name}/{place}" for place in places))

@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from mechdae.describe.coordinates import NamedCoordinate
 from mechdae.describe.joints.joint import Joint
 from mechdae.describe.joints.spatial import AXES, SpatialJoint, largest
 from mechdae.describe.mechanism import GROUND, Mechanism
-from mechdae.draw.diagram.scene import CLOSED, PlacedScene, driven_turn
+from mechdae.draw.diagram.scene import PlacedScene, driven_turn
 from mechdae.draw.space.viewpoint import Array
 from mechdae.errors import InputError
 from mechdae.records import dataclass
@@ -56,11 +57,9 @@ class SpatialScene(PlacedScene):
         }
 
     def track(self, reference: str) -> Array:
-        """Return the positions of ``body.point`` in all poses, (n, 3)."""
         return self.tracks[reference]
 
     def place(self, reference: str, pose: int) -> Array:
-        """Return the position (3,) of ``body.point`` in one pose."""
         place: Array = self.tracks[reference][pose]
         return place
 
@@ -80,13 +79,11 @@ class SpatialScene(PlacedScene):
         return turned
 
     def carried(self, body: str, local: Array, pose: int) -> Array:
-        """Return where a place of a body's frame is; nan where that is not known."""
         known = self.points(body)
         arm = self.in_world(body, local - self.local(known[0]), pose) if known else None
         return np.full(3, np.nan) if arm is None else self.place(known[0], pose) + arm
 
     def points(self, body: str) -> list[str]:
-        """Return the references of the points of a body whose places are known."""
         names = self.mechanism.body(body).points
         return [f"{body}.{name}" for name in names if f"{body}.{name}" in self.tracks]
 
@@ -101,21 +98,11 @@ class SpatialScene(PlacedScene):
         tracks = [self.tracks.get(side) for side in (joint.first, joint.second)]
         return all(track is not None and np.isfinite(track[pose]).all() for track in tracks)
 
-    def placements(self) -> Iterator[Array]:
-        """Yield the tracks of all points."""
-        yield from self.tracks.values()
+    def known(self) -> Iterable[ArrayLike]:
+        return (np.isfinite(track).all(axis=-1) for track in self.tracks.values())
 
-    def closes(self, run: Sequence[int]) -> bool:
-        """Return whether a run of poses ends where it begins: points and directions."""
-        if len(run) < 3:
-            return False
-        ends = [run[0], run[-1]]
-        for track in self.tracks.values():
-            spread = float(np.ptp(track[list(run)], axis=0).max())
-            if float(np.linalg.norm(np.diff(track[ends], axis=0))) > CLOSED * spread:
-                return False
-        turned = [np.abs(np.diff(turn[ends], axis=0)).max() for turn in self.turns.values()]
-        return float(max(turned, default=0.0)) <= CLOSED
+    def directions(self) -> Iterator[Array]:
+        yield from self.turns.values()
 
     def frame(self, joint: Joint, pose: int, second: bool = False) -> Array | None:
         """Return normal, across and axis of a side of a joint as rows (3, 3), in the fixed frame.
@@ -154,7 +141,6 @@ class SpatialScene(PlacedScene):
         return None
 
     def series(self, entry: NamedCoordinate) -> Array:
-        """Return a coordinate in all poses, (n,); nan where it is not known."""
         track = self.tracks.get(f"{entry.part}.{entry.point}") if entry.kind == "point" else None
         if track is not None:
             return track[:, entry.axis]
