@@ -76,11 +76,24 @@ def test_fields_of_drivers_show_and_read_a_decimal_comma(browser, tmp_path):
     page.on("console", lambda message: said.append(message.text))
     loaded(page, md.page("five-bar-robot", "circle", lang="ru").save(tmp_path / "p.html"))
     field = page.locator("#dimensions fieldset input[type=text]").first
+    start = page.evaluate("mechdae.pose().points['tip.P'].position[0]")
     field.fill("60,5")
     field.blur()
     place = "mechdae.pose().points['tip.P'].position[0]"
     until(page, f"Math.abs({place} - 0.0605) < 1e-9")  # it is shown before it is moved to
     assert field.input_value() == "60,5"
+    before = page.evaluate("mechdae.pose().points['tip.P'].position")
+    spot = page.locator("[data-id='joint-P-pin']").bounding_box()
+    page.mouse.move(spot["x"] + spot["width"] / 2, spot["y"] + spot["height"] / 2)
+    page.mouse.down()
+    page.mouse.move(spot["x"] + 30, spot["y"] + 20, steps=3)
+    page.mouse.up()
+    until(page, f"Math.abs({place} - 0.0605) > 1e-3")
+    page.keyboard.press("Control+z")  # the drag, then the number
+    until(page, f"Math.abs({place} - 0.0605) < 1e-9")
+    assert page.evaluate("mechdae.pose().points['tip.P'].position") == before
+    page.keyboard.press("Control+z")
+    until(page, f"{place} === {start}")
     assert said == []
     page.close()
 

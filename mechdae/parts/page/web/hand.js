@@ -69,7 +69,7 @@ export class Hand {
     if (!held) { this.hover(event); return; }
     const [x, y] = [event.clientX, event.clientY];
     if (!held.moved && Math.hypot(x - held.from[0], y - held.from[1]) < STILL) return;
-    if (!held.moved && held.grip && held.grip.shaped) app.session.remember();
+    if (!held.moved && held.grip && (held.grip.shaped || app.several)) app.session.remember();
     held.moved = true;
     const { here } = this.at(event), { grip } = held;
     diagram.svg.style.cursor = "grabbing";

@@ -284,7 +284,8 @@ class App {
   reset() {
     this.session.remember();
     this.session.dimension(this.data.sliders.map((slider) => slider.value));
-    this.drawAll();
+    if (this.several) this.several.choose(-1);
+    else this.drawAll();
   }
 
   undo(back) {

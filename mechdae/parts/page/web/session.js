@@ -493,6 +493,7 @@ export class Session {
       this.reason = "";
     }
     motion.turnTo(aloneOf(data, Array.from(motion.way.u(pose.place)), k), pose.x, pose.place);
+    this.changed();
     this.held = pose;
     this.s = pose.place;
     return true;

@@ -17,7 +17,7 @@ export class Several {
     const begin = session.drivers();
     this.rows = data.drivers.map(({ name, unit, turns, size }, k) => {
       const reach = turns ? Math.PI : size;
-      return new SliderRow(name, unit, [begin[k] - reach, begin[k], begin[k] + reach], (value) => app.want({ driver: [k, value] }));
+      return new SliderRow(name, unit, [begin[k] - reach, begin[k], begin[k] + reach], (value) => app.want({ driver: [k, value] }), { begin: () => session.remember() });
     });
     box.append(...this.rows.map(({ row }) => row));
     find("dimensions").append(box);
@@ -36,6 +36,7 @@ export class Several {
     const { session } = this.app;
     const other = session.motion.way.name !== this.app.data.drivers[k].name;
     if (!session.along(k)) return false;
+    session.changed();
     const { ends, round } = session.motion;
     const [low, high] = [ends[0] ? ends[0].s : -Infinity, ends[1] ? ends[1].s : Infinity];
     const kept = round ? value : Math.min(Math.max(value, low), high);
