@@ -112,6 +112,7 @@ def _uses(mechanism: Mechanism, tasks: Iterable[Task], names: Iterable[str] = ()
     ]
     for name, joint in mechanism.joints.items():
         found += [(count, "1", f"{name}.teeth") for count in getattr(joint, "teeth", None) or ()]
+        found += [(getattr(joint, way), "m", name) for way in "xy" if hasattr(joint, way)]
     for name, load in mechanism.loads.items():
         found += _numbers(load, partial(unit_within, mechanism, None), f"loads.{name}.")
     for name, number in mechanism.sketch.items():

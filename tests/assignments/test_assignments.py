@@ -16,8 +16,8 @@ import mechdae as md
 from mechdae.cli import main
 from mechdae.draw.formulas.tree import Grid, Number
 from mechdae.errors import InputError, SolveError, UnknownName
+from mechdae.parts.paper.amounts import in_turns
 from mechdae.parts.paper.assignments.choice import choose, ranges
-from mechdae.parts.paper.assignments.sheet import in_turns
 from mechdae.parts.paper.phrases import phrases
 from tests.shared.closing import faults, passages
 

@@ -20,7 +20,7 @@ BUDGETS = {
     "design": 15_890,
     "tasks": 2_420,
     "cli": 1_720,
-    "parts": 30_650,  # what a page teaches by
+    "parts": 30_680,  # what a page teaches by
 }
 """Room -> most lines of its modules; some of them import what annotations name."""
 ALONE = 1122

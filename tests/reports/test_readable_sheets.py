@@ -10,7 +10,11 @@ import numpy as np
 import pytest
 
 import mechdae as md
-from mechdae.draw.formulas.tree import Grid, Letter
+from mechdae.describe.units import units_of
+from mechdae.draw.formulas.notations import plain
+from mechdae.draw.formulas.tree import Grid, Letter, Part
+from mechdae.parts.paper.phrases import Phrases
+from mechdae.parts.paper.reports.sections import parameters
 from tests.shared.closing import passages
 from tests.shared.command import run
 from tests.shared.paths import DATA
@@ -46,7 +50,7 @@ def test_a_load_is_told_in_words(lang: str, load: str, millimetre: str) -> None:
 
 def test_as_many_variants_as_there_are(capsys: Any, tmp_path: Any) -> None:
     """Some of 21 sets transmit well: that many variants, and a word about it."""
-    words = ["assign", "four-bar-crank-rocker", "--vary", "a_mm=30:50", "--out"]
+    words = ["assign", "four-bar-crank-rocker", "--vary", "a_mm=30:50", "--positions", "4", "--out"]
     code, _, err = run(capsys, *words, str(tmp_path / "class"))
     assert code == 0
     assert re.search(r"\d+ variants of 21 sets of numbers: no 30 in these ranges", err)
@@ -108,3 +112,37 @@ def test_a_fixed_rack_is_hatched() -> None:
     assert len(fixed) == 1
     for own in racks:
         assert (f"joint-{own.name}-ground" in gids) == (own in fixed)
+
+
+def test_given_numbers_have_units_and_round_digits() -> None:
+    """A module follows from products with numbers of teeth, a base circle from its curve."""
+    for name, units in (
+        ("planetary-gear-loads", {"m": ("2", "mm"), "z_s": ("24", ""), "alpha": ("20", "°")}),
+        ("cam-roller-follower", {"base": ("25", "mm"), "h": ("16", "mm"), "omega": ("120", "rpm")}),
+        ("screw-press", {"coarse": ("0.006", "m"), "alpha": ("2", "rad/s²")}),
+    ):
+        problem = md.load(name)
+        say = Phrases("en", "reports", units_of((), problem.mechanism.units))
+        rows = {str(row[0]): row[1:] for row in parameters(problem, say).rows}
+        assert {word: rows[word] for word in units} == units
+
+
+@pytest.mark.parametrize("problem", ["four-stroke-engine", "screw-press"])
+def test_tables_fit_the_page_and_have_no_columns_of_rounding(problem: str) -> None:
+    """The piston moves along its cylinder alone; 120 figures of 9 pt are as wide as A4."""
+    document = md.report(problem, positions=3).document
+    titled = {section.title: section for section in document.sections}
+    tables = [
+        block for part in titled["Positions"].sections for block in part.blocks
+        if isinstance(block, Grid)
+    ]  # fmt: skip
+    for grid in tables:
+        widths = [max(len(plain(cell)) if isinstance(cell, Part) else len(cell) for cell in column)
+                  for column in zip(grid.heads, *grid.rows, strict=True)]  # fmt: skip
+        assert sum(widths) + 1.8 * len(widths) <= 115 + 5
+        for k, head in enumerate(grid.heads[1:], 1):
+            letter = getattr(head, "parts", (head,))[0]
+            if letter.text in ("v", "a"):
+                sizes = [abs(row[k].value) for row in grid.rows]
+                assert max(sizes) > 1e-6, (problem, letter)
+    assert tables

@@ -272,7 +272,7 @@ def assign(
     _check(wanted, positions, seed, transmission_angle)
     drawn = ranges(whole, vary)
     shown = _units(units, whole, drawn)
-    words = Phrases(lang, "assignments", shown), Phrases(lang, "reports"), Phrases(lang)
+    words = Phrases(lang, "assignments", shown), Phrases(lang, "reports", shown), Phrases(lang)
     bare = _with_positions(whole, names, positions)
     solvers = [Solver(with_scene(bare, name), name) for name in names]
     base = [solver().in_units(shown) for solver in solvers]

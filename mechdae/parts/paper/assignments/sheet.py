@@ -5,77 +5,25 @@ from __future__ import annotations
 import itertools
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import fields, replace
-from math import isclose, pi
 from typing import Any
 
 from mechdae.describe import GROUND, Driver, Mechanism, Problem
 from mechdae.describe.coordinates import coordinate_unit
-from mechdae.describe.dimensions import parameter_units
 from mechdae.describe.expression import evaluate
 from mechdae.describe.file.writing import given
 from mechdae.describe.loads import Force, Load, Resistance, Spring, TableLoad, Torque
 from mechdae.describe.tasks.motion import Reactions
-from mechdae.describe.units import Units
 from mechdae.describe.values import Value
-from mechdae.draw.formulas.notations import RAISED
-from mechdae.draw.formulas.tree import Facts, Grid, Image, Note, Part, Passage, Section
+from mechdae.draw.formulas.tree import Facts, Grid, Image, Note, Passage, Section
+from mechdae.parts.paper.amounts import Given, amount, given_text, shown
 from mechdae.parts.paper.assignments.answers import Answers, part_of
 from mechdae.parts.paper.assignments.choice import Chosen, RoundRange
-from mechdae.parts.paper.explanations.localised import named
 from mechdae.parts.paper.explanations.subject import Subject
 from mechdae.parts.paper.phrases import Phrases
+from mechdae.parts.paper.reports import sections
 
-Given = float | str | tuple["Given", ...] | Mapping[str, "Given"]
-SIGNIFICANT = 6
-"""Digits of a number that was not drawn."""
 BLANK = "\N{EM SPACE}" * 4
 """A cell to write into."""
-
-
-def text(value: Any) -> str:
-    """Return a number or an expression of the file, a place as (x; y)."""
-    if isinstance(value, float):
-        return signed(f"{value:.{SIGNIFICANT}g}")
-    if isinstance(value, str | int):
-        return str(value)
-    if isinstance(value, Mapping):
-        return ", ".join(f"{key} = {text(inner)}" for key, inner in value.items())
-    return f"({'; '.join(text(inner) for inner in value)})"
-
-
-def shown(value: Given, si: str, units: Units) -> tuple[Given, str]:
-    """Return a number, or a list of numbers and expressions, with the unit it is shown in."""
-    unit = units.read(si)
-    if unit.name == "rad/s" and isinstance(value, float):
-        return in_turns(value)
-    name = "°" if unit.name == "deg" else named(si, units)
-    if isinstance(value, tuple):
-        return tuple(shown(inner, si, units)[0] for inner in value), name
-    if isinstance(value, Mapping):
-        return {key: shown(inner, si, units)[0] for key, inner in value.items()}, name
-    return (value if isinstance(value, str) else value * unit.factor), name
-
-
-def in_turns(speed: float) -> tuple[float, str]:
-    """Return an angular speed [rad/s] with its unit: turns a minute where these are rounder."""
-    turns = speed * 30 / pi
-    found = float(f"{turns:.{SIGNIFICANT}g}")
-    exact = isclose(found, turns, rel_tol=1e-12) and float(f"{speed:.{SIGNIFICANT}g}") != speed
-    return (found, "rpm") if exact else (speed, "rad/s")
-
-
-def signed(digits: str) -> str:
-    """Return digits with a typographic minus, a power of ten as such: 4e+07 as 4·10⁷."""
-    digits, _, power = digits.partition("e")
-    return digits.replace("-", "−") + (f"·10{str(int(power)).translate(RAISED)}" if power else "")
-
-
-def amount(value: float | str, unit: str | None, say: Phrases) -> str:
-    """Return a number with its unit; an expression's numbers have their own."""
-    if isinstance(value, str) or unit in (None, "", "1"):
-        return text(value)
-    number, name = shown(value, str(unit), say.units)
-    return f"{text(number)}°" if name == "°" else f"{text(number)} {say.unit(name)}"
 
 
 def facts(value: Value, skip: tuple[str, ...], say: Phrases) -> str:
@@ -148,11 +96,12 @@ def sheet_sections(
 
     What they share stands once: numbers, names of links, and the diagram where it is the same.
     """
-    words, _, explained = say
+    words, report, explained = say
     count = itertools.count(1)
     drivers = [_driver(one.subject, words) for one in answers]
     images = [Image(one.exercise.diagram, words("caption"), 0.62) for one in answers]
-    shared: list[Passage] = [_numbers(problem, chosen, drawn, words)]
+    numbers = [(one.base, chosen.texts[one.name], one.unit) for one in drawn]
+    shared: list[Passage] = [sections.parameters(problem, report, numbers)]
     shared += drivers[:1] * _alike(drivers)
     head = [Section(words("given"), tuple(shared))]
     head += [Section(words("diagram"), (images[0],))] * _alike(images)
@@ -171,26 +120,6 @@ def sheet_sections(
 
 def _alike(passages: Sequence[Passage]) -> bool:
     return all(passage == passages[0] for passage in passages)
-
-
-def _numbers(problem: Problem, chosen: Chosen, drawn: tuple[RoundRange, ...], say: Phrases) -> Grid:
-    """Return the table of numbers: those that were drawn in their units, then the others."""
-    values = problem.mechanism.values()
-    units = parameter_units(problem.mechanism, problem.tasks.values())
-    rows: list[tuple[str | Part, ...]] = []
-    for number in drawn:
-        unit = number.unit or _plain(units.get(number.base, ""))
-        rows.append((number.base, signed(chosen.texts[number.name]), say.unit(unit)))
-    known = {number.base for number in drawn}
-    for name in problem.mechanism.parameters:
-        if name not in known:
-            value, unit = shown(values[name], units.get(name, ""), say.units)
-            rows.append((name, signed(f"{value:.{SIGNIFICANT}g}"), say.unit(_plain(unit))))
-    return Grid((say("parameter"), say("value"), say("unit")), tuple(rows))
-
-
-def _plain(unit: str) -> str:
-    return "" if unit == "1" else unit
 
 
 def _driver(subject: Subject, say: Phrases) -> Facts:
@@ -237,7 +166,7 @@ def _parts(problem: Problem, subject: Subject, say: Phrases, words: Phrases) -> 
     yield _table((say("joint"), "", say("between"), say("further")), rows)
     rows = [(name, load_text(mechanism, load, say)) for name, load in mechanism.loads.items()]
     if mechanism.gravity is not None:
-        rows.append((say("gravity"), f"{text(mechanism.gravity)} {say.unit('m/s²')}"))
+        rows.append((say("gravity"), f"{given_text(mechanism.gravity)} {say.unit('m/s²')}"))
     if rows:
         yield _table((say("load"), ""), rows)
 
@@ -251,7 +180,7 @@ def _table(heads: tuple[str, ...], rows: list[tuple[str, ...]]) -> Grid:
 
 def _points(points: Mapping[str, Given], say: Phrases) -> str:
     places = {name: shown(place, "m", say.units)[0] for name, place in points.items()}
-    return ", ".join(f"{name} {text(place)}" for name, place in places.items())
+    return ", ".join(f"{name} {given_text(place)}" for name, place in places.items())
 
 
 def _wanted(answers: Answers, count: Iterator[int], say: Phrases) -> Iterator[Note]:

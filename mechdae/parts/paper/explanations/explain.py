@@ -28,7 +28,7 @@ from mechdae.parts.paper.explanations.forces import (
     forces_section,
     power_section,
 )
-from mechdae.parts.paper.explanations.localised import Paper, localised, subject_of
+from mechdae.parts.paper.explanations.localised import Paper, in_lengths, localised, subject_of
 from mechdae.parts.paper.explanations.motion import group_section
 from mechdae.parts.paper.explanations.subject import KINDS, Subject
 from mechdae.parts.paper.phrases import Phrases
@@ -165,7 +165,7 @@ def explain(
     else:
         whole, named = given(problem, task, set)
         result = with_bodies(solve(whole, first_task(whole, named)))
-    result = result.in_units(units) if units else result
+    result = in_lengths(result, units)
     subject = subject_of(result, pose, say)
     groups = subject.group(group)
     sections = [_head(subject)] if group is None else []

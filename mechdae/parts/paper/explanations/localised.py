@@ -26,6 +26,7 @@ from mechdae.errors import InputError
 from mechdae.parts.paper.explanations.subject import KINDS, Subject
 from mechdae.parts.paper.phrases import Phrases
 from mechdae.records import dataclass
+from mechdae.results import Result
 
 NUMBER = re.compile(r"(?<![\w.])(\d+)\.(\d+)(?=(e[-+]?\d+)?(?![\w.]))")
 """A number with decimals that stands by itself."""
@@ -54,6 +55,12 @@ def subject_of(result: Any, pose: int | None, say: Phrases) -> Subject:
             hint=f"pose {near} is {scene.status[near]}" if near is not None else "",
         )
     return make(result, scene, index, say)
+
+
+def in_lengths(result: Result, units: str | Units = SI) -> Result:
+    """Return a result in units, with lengths in metres where they are in none: pictures too."""
+    found = result.in_units(units) if units else result
+    return found if "m" in found.units.by_si else found.in_units((*found.units.asked, "m"))
 
 
 @dataclass(frozen=True)

@@ -174,8 +174,8 @@ def _line(subject: Subject, body: str, pin: Joint, inner: Joint, guide: Joint) -
     yield Note((subject.say("circle and line", middle, start, guide.name),))
     worked.know_place("1", start, here)
     worked.know_place("2", subject.letter(base), subject.place(base))
-    worked.know("c", Wording("cos α"), float(axis[0]), "")
-    worked.know("s", Wording("sin α"), float(axis[1]), "")
+    worked.know("c", Wording("cos α"), round(float(axis[0]), 15), "")
+    worked.know("s", Wording("sin α"), round(float(axis[1]), 15), "")
     offset = float(normal(axis) @ (there - subject.place(base)))
     more = abs(offset) > OFFSET * scene.mechanism.scale
     if more:

@@ -18,7 +18,7 @@ from mechdae.draw.figure import new_axes, svg_text
 from mechdae.draw.formulas.tree import Document, Image, Passage, Section
 from mechdae.errors import InputError, UnavailableError
 from mechdae.parts.paper.explanations.explain import moving_task
-from mechdae.parts.paper.explanations.localised import Paper, localised, subject_of
+from mechdae.parts.paper.explanations.localised import Paper, in_lengths, localised, subject_of
 from mechdae.parts.paper.explanations.subject import Subject
 from mechdae.parts.paper.phrases import Phrases
 from mechdae.parts.paper.reports import sections
@@ -158,7 +158,8 @@ def report(
     whole, named = given(problem, task, set)
     name = moving_task(whole, named)
     result, rows = _solved(whole, name, positions)
-    result = result.in_units(units) if units else result
+    result = in_lengths(result, units)
+    say = Phrases(lang, "reports", result.units)
     if not 0 <= pose < len(rows):
         raise InputError(f"there is no position {pose}", hint=f"from 0 to {len(rows) - 1}")
     subject = subject_of(result, _near(result, rows, pose), Phrases(lang))
@@ -236,7 +237,8 @@ def _pictures(result: Result, subject: Subject, chosen: int, say: Phrases) -> Se
         if kind == "plans":
             options |= {"pose": subject.pose, "ax": new_axes(larger=PLAN)}
         try:
-            images.append(Image(svg_text(plot(result, kind, lang=say.lang, **options)), caption))
+            drawn = plot(result, kind, lang=say.lang, title=False, **options)
         except InputError:
             continue
+        images.append(Image(svg_text(drawn), caption))
     return Section(f"{say('plans')}. {say('curves')}", tuple(images))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,7 @@ import numpy as np
 from mechdae.describe import GROUND, Problem, coordinate
 from mechdae.describe.dimensions import parameter_units
 from mechdae.describe.units import ShownUnit
+from mechdae.draw.formulas.notations import plain
 from mechdae.draw.formulas.tree import (
     Facts,
     Grid,
@@ -25,17 +27,20 @@ from mechdae.draw.formulas.tree import (
     number,
 )
 from mechdae.draw.words import Words
+from mechdae.parts.paper.amounts import given_text, shown, signed
 from mechdae.parts.paper.explanations.explain import explain, pictures
 from mechdae.parts.paper.explanations.subject import Subject
 from mechdae.parts.paper.phrases import Phrases
 from mechdae.records import dataclass
 from mechdae.results import Result
 from mechdae.tasks.show import structure
-from mechdae.types import Floats, Points
+from mechdae.types import Floats
 
 DOTS = ("\N{COMBINING DOT ABOVE}", "\N{COMBINING DIAERESIS}")
-WIDEST = 11
-"""Columns of numbers side by side, as many as a page holds; more go into further tables."""
+ROUNDING = 1e-11
+"""Share of the largest component of a vector below which another one is 0."""
+WIDEST, BETWEEN = 115.0, 1.8
+"""Width of the columns of numbers that a page holds, and room between them [figures]."""
 
 
 @dataclass(frozen=True)
@@ -47,33 +52,54 @@ class TableColumn:
     values: Floats
 
 
-def parameters(problem: Problem, say: Phrases) -> Grid:
-    """Return the numbers that the file gives names to."""
-    mechanism = problem.mechanism
-    values = mechanism.values()
-    units = parameter_units(mechanism, problem.tasks.values())
-    rows: list[tuple[str | Part, ...]] = []
-    for name in mechanism.parameters:
-        unit = units.get(name, "")
-        value, unit = (np.rad2deg(values[name]), "°") if unit == "rad" else (values[name], unit)
-        shown = UnitName(unit) if unit not in ("", "1") else ""
-        rows.append((name, number(float(value), "", 6, unit), shown))
-    return Grid((say("parameter"), say("value"), say("unit")), tuple(rows))
+def parameters(problem: Problem, say: Phrases, drawn: Sequence[tuple[str, str, str]] = ()) -> Grid:
+    """Return the numbers that the file gives names to, after those `drawn`.
+
+    `drawn`: their names, digits, and units where they are not those of the others.
+    """
+    values = problem.mechanism.values()
+    units = parameter_units(problem.mechanism, problem.tasks.values())
+    found = {name: (digits, unit) for name, digits, unit in drawn}
+    for name in problem.mechanism.parameters:
+        value, unit = shown(values[name], units.get(name, ""), say.units)
+        digits, drawn_unit = found.get(name, (given_text(value), ""))
+        found[name] = digits, drawn_unit or ("" if unit == "1" else unit)
+    rows = tuple((name, signed(digits), say.unit(unit)) for name, (digits, unit) in found.items())
+    return Grid((say("parameter"), say("value"), say("unit")), rows)
+
+
+def side_by_side(columns: Sequence[TableColumn]) -> Iterator[Sequence[TableColumn]]:
+    """Yield as many columns at a time as a page is wide."""
+    first, wide = 0, 0.0
+    for k, column in enumerate(columns):
+        wide += width(column)
+        if wide > WIDEST and k > first:
+            yield columns[first:k]
+            first, wide = k, width(column)
+    if first < len(columns):
+        yield columns[first:]
+
+
+def width(column: TableColumn) -> float:
+    """Return how wide a column is, in figures."""
+    cells = (_head(column), *_cells(column))
+    return max(len(cell if isinstance(cell, str) else plain(cell)) for cell in cells) + BETWEEN
 
 
 def grids(first: Sequence[str], head: str, columns: Sequence[TableColumn]) -> Iterator[Grid]:
-    """Yield tables of quantities, at most `WIDEST` side by side, all numbers of a column alike."""
-    for k in range(0, len(columns), WIDEST):
-        chosen = columns[k : k + WIDEST]
-        heads: list[str | Part] = [head]
-        cells: list[list[str | Part]] = []
-        for shown in chosen:
-            heads.append(_head(shown))
-            values = [float(value) for value in shown.values]
-            alike = tuple(value for value in values if np.isfinite(value))
-            cells.append([like(v, alike, shown.unit) if np.isfinite(v) else "–" for v in values])
-        rows = tuple((first[i], *(column[i] for column in cells)) for i in range(len(first)))
-        yield Grid(tuple(heads), rows)
+    """Yield tables of quantities as wide as a page, all numbers of a column alike."""
+    for chosen in side_by_side(columns):
+        cells = [_cells(column) for column in chosen]
+        rows = tuple(
+            (name, *row) for name, row in zip(first, zip(*cells, strict=True), strict=True)
+        )
+        yield Grid((head, *map(_head, chosen)), rows)
+
+
+def _cells(column: TableColumn) -> list[str | Part]:
+    values = [float(value) for value in column.values]
+    alike = tuple(value for value in values if np.isfinite(value))
+    return [like(v, alike, column.unit) if np.isfinite(v) else "–" for v in values]
 
 
 def _head(column: TableColumn) -> Part:
@@ -128,20 +154,24 @@ def rate_columns(subject: Subject, rows: Sequence[int], order: int) -> list[Tabl
 def point_columns(subject: Subject, rows: Sequence[int], order: int) -> list[TableColumn]:
     """Return the components of velocities (order 1) or accelerations of the points that move.
 
-    Points on one pin are one.
+    Points on one pin are one; components that are 0 in all poses but for rounding are left out.
     """
     word, mark, unit = (("velocity", "v", "m/s"), ("acceleration", "a", "m/s²"))[order - 1]
-    found: dict[str, Points] = {}
+    found: dict[str, list[TableColumn]] = {}
     for reference, letter in subject.letters.items():
         series = subject.result.points.get(reference, {}).get(word)
-        fixed = reference.split(".")[0] == GROUND or letter in found
-        if series is not None and not fixed and np.nanmax(np.abs(series), initial=0.0) > 0.0:
-            found[letter] = np.asarray(series, dtype=float)[list(rows)]
-    return [
-        TableColumn(Letter(mark, (letter, axis)), unit, values)
-        for letter, series in found.items()
-        for axis, values in zip(subject.scene.mechanism.axes, series.T, strict=True)
-    ]
+        if series is None or reference.split(".")[0] == GROUND or letter in found:
+            continue
+        sizes = np.nanmax(np.abs(series), axis=0, initial=0.0)
+        moves = sizes > ROUNDING * sizes.max()
+        found[letter] = [
+            TableColumn(Letter(mark, (letter, axis)), unit, np.asarray(values)[list(rows)])
+            for axis, values, moving in zip(
+                subject.scene.mechanism.axes, np.asarray(series).T, moves, strict=True
+            )
+            if moving
+        ]
+    return list(chain.from_iterable(found.values()))
 
 
 def analogue_columns(subject: Subject, rows: Sequence[int], order: int) -> list[TableColumn]:
@@ -325,7 +355,7 @@ def position_tables(subject: Subject, rows: list[int], say: Phrases) -> Section:
         wanted.append((word, analogue_columns(subject, rows, order)))
     joined: list[tuple[list[str], list[TableColumn]]] = []
     for word, columns in wanted:
-        if joined and columns and len(joined[-1][1]) + len(columns) <= WIDEST:
+        if joined and columns and sum(map(width, (*joined[-1][1], *columns))) <= WIDEST:
             joined[-1] = ([*joined[-1][0], word], [*joined[-1][1], *columns])
         elif columns:
             joined.append(([word], columns))
