@@ -347,7 +347,7 @@ def test_curves_of_what_turns_evenly_show_no_rounding(tmp_path):
 globalThis.WORDS = {{}};
 const {{ thingsOf }} = await import("{(WEB / "curves.js").as_posix()}");
 const rocker = thingsOf({{ session, data }}).find(({{ parts }}) => parts[0] === "rocker");
-console.log(JSON.stringify(rocker.lines().map(({{ values }}) => values())));
+console.log(JSON.stringify(rocker.lines.map(({{ values }}) => values())));
 """,
         tmp_path,
     )
