@@ -14,15 +14,10 @@ import mechdae as md
 from mechdae.parts.page.editor import editor
 from mechdae.parts.page.link import WEB
 from tests.shared.browser import CHROMIUM, until
+from tests.shared.drawing import drop
 from tests.shared.node import needs_node, run_script
 
 PROBLEMS = Path(__file__).resolve().parents[2] / "problems"
-DROP = """([text, name]) => {
-  const given = new DataTransfer();
-  given.items.add(new File([text], name));
-  document.getElementById("stage").dispatchEvent(
-    new DragEvent("drop", { dataTransfer: given, bubbles: true, cancelable: true }));
-}"""
 in_browser = pytest.mark.skipif(CHROMIUM is None, reason="no Chromium on this machine")
 
 
@@ -34,13 +29,6 @@ def pages(tmp_path_factory):
     }
     made |= {lang: editor(lang=lang) for lang in ("en", "ru")}
     return {name: page.save(folder / f"{name}.html") for name, page in made.items()}
-
-
-def drop(page, text, name="dropped.toml"):
-    """Drop a file; wait until the page has drawn it or said why not."""
-    before = page.evaluate("mechdae.opened()")
-    page.evaluate(DROP, [text, name])
-    until(page, f"mechdae.opened() === {before + 1}")
 
 
 @pytest.mark.slow

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import mechdae as md
+from tests.shared.browser import until
 
 FOUR_BAR = [("link", [(0, 0), (20, 40), (120, 80), (100, 0)]), ("pivot", [(0, 0), (100, 0)]),
             ("driver", [(10, 20)])]  # fmt: skip
@@ -56,6 +57,21 @@ HALF_PRESS = [("link", [(-60, 20), (-90, 90), (0, 140)]), ("pivot", [(-60, 20)])
               ("slider", [(0, 140, 0, 180)]), ("driver", [(-75, 55)]),
               ("mirror", [(0, -20)])]  # fmt: skip
 COUPLER = [*FOUR_BAR, ("point", [(60, 90)])]
+
+
+DROP = """([text, name]) => {
+  const given = new DataTransfer();
+  given.items.add(new File([text], name));
+  document.getElementById("stage").dispatchEvent(
+    new DragEvent("drop", { dataTransfer: given, bubbles: true, cancelable: true }));
+}"""
+
+
+def drop(page, text, name="dropped.toml"):
+    """Drop a file; wait until the page has drawn it or said why not."""
+    before = page.evaluate("mechdae.opened()")
+    page.evaluate(DROP, [text, name])
+    until(page, f"mechdae.opened() === {before + 1}")
 
 
 def at(page, x, y):

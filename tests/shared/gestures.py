@@ -15,7 +15,7 @@ import numpy as np
 import mechdae as md
 from mechdae.errors import MechdaeError
 from tests.shared.browser import ARGUMENTS, CHROMIUM, loaded
-from tests.shared.drawing import at
+from tests.shared.drawing import at, drop
 from tests.shared.paths import ROOT
 
 TOOLS = ("select", "link", "point", "pivot", "slider", "slot", "bar", "cylinder", "gear", "belt",
@@ -24,12 +24,6 @@ TOOLS = ("select", "link", "point", "pivot", "slider", "slot", "bar", "cylinder"
 TYPED = ("12", "45,5", "-3", "0", "1e9", "1e-12", "x", "", "1/0", "NaN", "80", "a_b", "B1", "é",
          "ground", "200", "-0", "2*3", "O", "link1", "Infinity", "30")  # fmt: skip
 ALERT = "[...document.querySelectorAll('p[role=alert]')].map((own) => own.textContent).join()"
-DROP = """([text, name]) => {
-  const given = new DataTransfer();
-  given.items.add(new File([text], name));
-  document.getElementById("stage").dispatchEvent(
-    new DragEvent("drop", { dataTransfer: given, bubbles: true, cancelable: true }));
-}"""
 
 
 class Gestures:
@@ -142,10 +136,7 @@ class Gestures:
         if "dimension = 3" in text or ".csv" in text:
             return
         self.done.append(f"file {path.stem}")
-        before = self.page.evaluate("mechdae.opened()")
-        self.page.evaluate(DROP, [text, path.name])
-        while self.page.evaluate("mechdae.opened()") == before:
-            self.page.wait_for_timeout(10)
+        drop(self.page, text, path.name)
 
     def wheel(self):
         self.done.append("wheel")
