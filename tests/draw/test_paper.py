@@ -195,3 +195,14 @@ def test_titles_are_seen_in_axes_of_others(
         box = text.get_window_extent()
         assert box.y1 <= figure.bbox.height + 0.5, text.get_text()
         assert box.x1 <= figure.bbox.width + 0.5, text.get_text()
+
+
+@pytest.mark.parametrize("dpi", [60, 90, 137])
+def test_titles_of_graphs_are_whole_at_every_resolution(dpi: int) -> None:
+    """Letters made of few pixels are wider than their outlines."""
+    result = md.solve("scotch-yoke-jam", "turn", poses=25)
+    figure = md.plot(result, "curves", dpi=dpi).get_figure(root=True)
+    figure.canvas.draw()
+    titles = [text for text in figure.findobj(Text) if str(text.get_gid()).startswith("title")]
+    assert titles
+    assert max(text.get_window_extent().x1 for text in titles) < figure.bbox.x1 - 0.04 * dpi

@@ -18,7 +18,7 @@ from matplotlib.transforms import Affine2D
 from numpy.typing import ArrayLike
 
 from mechdae.draw import style
-from mechdae.draw.diagram.heads import fitted, in_lines
+from mechdae.draw.diagram.heads import HINTED, fitted, in_lines
 from mechdae.draw.figure import current_format, figure_of, new_figure, note
 from mechdae.draw.fonts import Font, font, ink, plain
 from mechdae.draw.graphs.scale import Scale, step_of
@@ -255,6 +255,7 @@ class Panels:
             y += ROW * k
         if not (lines and current_format().titled):
             return
+        room *= HINTED
         text, chosen = fitted(subtitle, style.SUBTITLE * k, room, style.NOTE_FONT)
         self.text(start, y + (2.0 if rows else 0.0) * k, text, chosen, style.FAINT, "subtitle")
         y += 17.0 * k
