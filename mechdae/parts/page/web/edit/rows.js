@@ -1,8 +1,8 @@
 /**
  * Equations of a drawn mechanism as rows of two kinds, with derivatives and their bounds: lengths are in units of the
- * mechanism's size, unknowns are x, y and angle of each body.
+ * mechanism's size, unknowns are x, y and angle of each body, then where on its curve each follower is.
  *
- * along: e . (P2 - P1) + sum c_k angle_k + constant, e turning with a body; distance: (d . d / l - l) / 2 with d = P2 - P1.
+ * along: e . (P2 - P1) + sum c_k angle_k + constant - a curve's place, e turning with a body; distance: (d . d / l - l) / 2 with d = P2 - P1.
  */
 
 import { FULL_TURN } from "../find/complex.js";
