@@ -14,9 +14,10 @@ from mechdae.describe.mechanism import GROUND
 from mechdae.draw import style
 from mechdae.draw.diagram import symbols
 from mechdae.draw.diagram.loads import Mark
-from mechdae.draw.diagram.scene import Array, DrawnScene, open_of
+from mechdae.draw.diagram.scene import DrawnScene, open_of
 from mechdae.draw.diagram.wheels import curve_points
 from mechdae.draw.labels.layout import feet
+from mechdae.draw.primitives import Array
 from mechdae.draw.sheet import Sheet
 from mechdae.draw.space.spatial_scene import SpatialScene
 from mechdae.errors import InputError

@@ -11,7 +11,7 @@ from mechdae.describe.loads import Force, Load, Resistance, Spring
 from mechdae.draw import style
 from mechdae.draw.diagram.amounts import load_values, pushing
 from mechdae.draw.diagram.loads import turns
-from mechdae.draw.diagram.scene import PlacedScene
+from mechdae.draw.diagram.placed_scene import PlacedScene
 from mechdae.draw.primitives import Array
 from mechdae.types import Json
 

@@ -15,12 +15,12 @@ from mechdae.draw import style
 from mechdae.draw.diagram import symbols
 from mechdae.draw.diagram.driver import driven_bodies, drivers_of
 from mechdae.draw.diagram.places import missing_hint, within
-from mechdae.draw.diagram.scene import Array
 from mechdae.draw.figure import new_axes
 from mechdae.draw.fonts import font, width_of
 from mechdae.draw.labels import layout
 from mechdae.draw.labels.labels import DISC_AIR, Links, Writing, write_all
 from mechdae.draw.poses import Eye, seen
+from mechdae.draw.primitives import Array
 from mechdae.draw.sheet import Sheet, arc, normal, unit
 from mechdae.draw.words import Words
 from mechdae.errors import InputError

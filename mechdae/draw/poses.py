@@ -17,7 +17,8 @@ from mechdae.draw.diagram.diagram import (
     on_axes,
 )
 from mechdae.draw.diagram.places import AnyScene
-from mechdae.draw.diagram.scene import Array, choose_pose, read_scene
+from mechdae.draw.diagram.scene import choose_pose, read_scene
+from mechdae.draw.primitives import Array
 from mechdae.draw.sheet import Sheet
 from mechdae.draw.smooth import traced
 from mechdae.draw.words import Words

@@ -14,7 +14,7 @@ from mechdae.draw.graphs.series import vector_of
 from mechdae.errors import MechdaeError
 
 if TYPE_CHECKING:
-    from mechdae.draw.diagram.scene import PlacedScene
+    from mechdae.draw.diagram.placed_scene import PlacedScene
     from mechdae.results import SweepResult
     from mechdae.results.result import Result
 

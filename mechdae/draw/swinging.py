@@ -9,7 +9,8 @@ import numpy as np
 
 from mechdae.describe.mechanism import GROUND
 from mechdae.draw.closing import gaps
-from mechdae.draw.diagram.scene import Array, DrawnScene, read_scene
+from mechdae.draw.diagram.scene import DrawnScene, read_scene
+from mechdae.draw.primitives import Array
 from mechdae.draw.words import Words
 from mechdae.errors import InputError
 from mechdae.results import Named, Series

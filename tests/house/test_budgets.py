@@ -12,7 +12,7 @@ BUDGETS = {
     "numerics": 4_640,
     "equations": 7_720,  # what is left out of a scene: rollers, second machines, plane and space
     "results": 3_490,
-    "draw": 19_470,  # graphs of motions; texts are measured without matplotlib
+    "draw": 19_510,  # graphs of motions; texts are measured without matplotlib
     "kernels": 7_500,
     "motion": 23_370,  # poses of several drivers at the speed of one
     "forces": 4_730,
@@ -25,7 +25,7 @@ BUDGETS = {
 """Room -> most lines of its modules; some of them import what annotations name."""
 ALONE = 1122
 """Lines of the modules that stand alone: errors, docstrings, records, types, additions."""
-TOTAL = 145_650
+TOTAL = 145_700
 LONGEST = 500
 LONGER = {
     "describe/joints/spatial.py": 520,

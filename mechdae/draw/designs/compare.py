@@ -21,9 +21,9 @@ from mechdae.draw.designs.drawn_design import (
 )
 from mechdae.draw.designs.output import deviation, errors_of, scale_of_errors
 from mechdae.draw.designs.targets import MARK, Targets, draw_paths
-from mechdae.draw.diagram.scene import Array
 from mechdae.draw.graphs.frame import Entry, Panels
 from mechdae.draw.graphs.scale import Scale, scale_of
+from mechdae.draw.primitives import Array
 from mechdae.draw.style import line_of
 from mechdae.draw.words import Words
 from mechdae.errors import InputError, UnavailableError

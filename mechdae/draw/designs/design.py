@@ -28,10 +28,11 @@ from mechdae.draw.designs.targets import (
     enlarged,
 )
 from mechdae.draw.diagram.places import fixed_bodies
-from mechdae.draw.diagram.scene import Array, DrawnScene
+from mechdae.draw.diagram.scene import DrawnScene
 from mechdae.draw.figure import new_axes
 from mechdae.draw.graphs.frame import Panels
 from mechdae.draw.poses import Eye, seen
+from mechdae.draw.primitives import Array
 from mechdae.draw.sheet import Sheet
 from mechdae.draw.words import Words
 from mechdae.errors import InputError

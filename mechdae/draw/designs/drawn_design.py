@@ -24,9 +24,10 @@ from mechdae.describe.tasks.goals import (
 from mechdae.describe.tasks.synthesis import Demand, demand, listed_goals
 from mechdae.draw import style
 from mechdae.draw.diagram.driver import values_of
-from mechdae.draw.diagram.scene import Array, read_scene
+from mechdae.draw.diagram.scene import read_scene
 from mechdae.draw.figure import figure_of, new_axes
 from mechdae.draw.poses import Seen
+from mechdae.draw.primitives import Array
 from mechdae.draw.space.spatial_scene import read_spatial
 from mechdae.draw.words import Words
 from mechdae.errors import InputError

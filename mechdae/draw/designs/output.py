@@ -11,9 +11,9 @@ from mechdae.describe.units import Units
 from mechdae.draw import style
 from mechdae.draw.designs.drawn_design import TURN, DesignPaper, DrawnDesign, above_and_below
 from mechdae.draw.designs.targets import draw_path
-from mechdae.draw.diagram.scene import Array
 from mechdae.draw.graphs.frame import Entry, Panels
 from mechdae.draw.graphs.scale import Scale, scale_of
+from mechdae.draw.primitives import Array
 from mechdae.draw.sheet import Sheet, unit
 from mechdae.draw.words import Words
 from mechdae.types import Json

@@ -21,10 +21,10 @@ from mechdae.draw.designs.drawn_design import (
 )
 from mechdae.draw.designs.targets import MARK
 from mechdae.draw.diagram.heads import fitted
-from mechdae.draw.diagram.scene import Array
 from mechdae.draw.figure import note
 from mechdae.draw.fonts import plain
 from mechdae.draw.graphs.frame import Entry, Panels, shaded
+from mechdae.draw.primitives import Array
 from mechdae.draw.style import color_of
 from mechdae.draw.words import Words
 from mechdae.records import dataclass

@@ -9,12 +9,12 @@ import numpy as np
 from mechdae.describe.units import Units
 from mechdae.draw import style
 from mechdae.draw.diagram.heads import nice_length
-from mechdae.draw.diagram.scene import Array
 from mechdae.draw.fonts import font, ink
 from mechdae.draw.graphs.frame import Panels, Places
 from mechdae.draw.graphs.scale import scale_of
 from mechdae.draw.labels.layout import around, cheapest
 from mechdae.draw.labels.obstacles import Obstacles
+from mechdae.draw.primitives import Array
 from mechdae.draw.sheet import Sheet, arc, unit
 from mechdae.draw.words import Words
 from mechdae.records import dataclass

@@ -10,7 +10,7 @@ from mechdae.describe.coordinates import NamedCoordinate, coordinate
 from mechdae.describe.expression import evaluate, names_in
 from mechdae.describe.loads import Force, Load, Resistance, Spring, TableLoad, Torque
 from mechdae.describe.named import TIME
-from mechdae.draw.diagram.scene import PlacedScene
+from mechdae.draw.diagram.placed_scene import PlacedScene
 from mechdae.errors import MechdaeError
 
 if TYPE_CHECKING:

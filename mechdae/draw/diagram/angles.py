@@ -11,8 +11,9 @@ from mechdae.describe.coordinates import NamedCoordinate, coordinate
 from mechdae.draw import style
 from mechdae.draw.diagram import symbols
 from mechdae.draw.diagram.places import numbers_of
-from mechdae.draw.diagram.scene import Array, DrawnScene
+from mechdae.draw.diagram.scene import DrawnScene
 from mechdae.draw.labels.labels import Writing, letter
+from mechdae.draw.primitives import Array
 from mechdae.draw.sheet import Sheet, arc
 from mechdae.errors import InputError, UnknownName
 from mechdae.records import dataclass

@@ -22,10 +22,11 @@ from mechdae.draw.diagram.diagram import View, draw_scene, extent, on_axes
 from mechdae.draw.diagram.driver import drivers_of
 from mechdae.draw.diagram.heads import draw_frame, write_heads
 from mechdae.draw.diagram.places import letters_of, missing_hint, numbers_of, places_of
-from mechdae.draw.diagram.scene import Array, DrawnScene, choose_pose, read_scene
+from mechdae.draw.diagram.scene import DrawnScene, choose_pose, read_scene
 from mechdae.draw.fonts import font, ink
 from mechdae.draw.labels.labels import Links, Writing, write_all, writings
 from mechdae.draw.plans.relations import groups_of, named_group
+from mechdae.draw.primitives import Array
 from mechdae.draw.sheet import Sheet
 from mechdae.draw.words import Words
 from mechdae.errors import InputError

@@ -11,11 +11,12 @@ import numpy as np
 from mechdae.draw import style
 from mechdae.draw.diagram.diagram import View, draw_scene
 from mechdae.draw.diagram.places import Place, places_of
-from mechdae.draw.diagram.scene import Array, DrawnScene
+from mechdae.draw.diagram.scene import DrawnScene
 from mechdae.draw.fonts import font, ink
 from mechdae.draw.labels.labels import write_all, writings
 from mechdae.draw.labels.layout import first_free
 from mechdae.draw.labels.obstacles import Obstacles
+from mechdae.draw.primitives import Array
 from mechdae.draw.sheet import Sheet, unit
 from mechdae.draw.words import ENGLISH
 

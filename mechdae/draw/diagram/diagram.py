@@ -19,6 +19,7 @@ from mechdae.draw.diagram.driver import draw_drivers, driven_bodies, drivers_of,
 from mechdae.draw.diagram.guides import draw_guides, guide_ends
 from mechdae.draw.diagram.heads import draw_frame, outside_of, write_heads, write_legend
 from mechdae.draw.diagram.loads import DrawnLoads, Mark, load_points
+from mechdae.draw.diagram.placed_scene import PlacedScene
 from mechdae.draw.diagram.places import (
     AnyScene,
     Place,
@@ -29,9 +30,10 @@ from mechdae.draw.diagram.places import (
     places_of,
     shape_of,
 )
-from mechdae.draw.diagram.scene import SHORT, Array, DrawnScene, PlacedScene, named_pose
+from mechdae.draw.diagram.scene import SHORT, DrawnScene, named_pose
 from mechdae.draw.diagram.wheels import circles, draw_curve, draw_wheels, rack_span, reach
 from mechdae.draw.labels.labels import Links, Writing, write_all, writings
+from mechdae.draw.primitives import Array
 from mechdae.draw.sheet import Sheet, margins_of
 from mechdae.draw.smooth import few_named
 from mechdae.draw.words import Words

@@ -14,11 +14,12 @@ from mechdae.describe.units import SI
 from mechdae.draw import style
 from mechdae.draw.diagram import symbols
 from mechdae.draw.diagram.guides import cylinder_of
+from mechdae.draw.diagram.placed_scene import PlacedScene
 from mechdae.draw.diagram.places import Place
-from mechdae.draw.diagram.scene import Array, DrawnScene, PlacedScene, driver_names
+from mechdae.draw.diagram.scene import DrawnScene, driver_names
 from mechdae.draw.diagram.wheels import circles, tangent
 from mechdae.draw.labels.layout import feet
-from mechdae.draw.primitives import Anchor
+from mechdae.draw.primitives import Anchor, Array
 from mechdae.draw.sheet import Sheet, arc, normal, unit
 from mechdae.draw.words import ENGLISH, Words
 

@@ -9,8 +9,9 @@ from mechdae.describe.mechanism import GROUND
 from mechdae.draw import style
 from mechdae.draw.diagram import symbols
 from mechdae.draw.diagram.places import edges, shape_of
-from mechdae.draw.diagram.scene import Array, DrawnScene
+from mechdae.draw.diagram.scene import DrawnScene
 from mechdae.draw.labels.layout import cuts
+from mechdae.draw.primitives import Array
 from mechdae.draw.sheet import Sheet, normal, unit
 
 MOUTH, PISTON = 0.85, 0.75

@@ -12,7 +12,7 @@ from mechdae.draw import style
 from mechdae.draw.closing import blame_text, open_text
 from mechdae.draw.diagram import symbols
 from mechdae.draw.diagram.driver import blocked, drivers_of, held_drivers, time_text, value_text
-from mechdae.draw.diagram.scene import PlacedScene
+from mechdae.draw.diagram.placed_scene import PlacedScene
 from mechdae.draw.fonts import font, ink, plain, width_of
 from mechdae.draw.sheet import Sheet
 from mechdae.draw.words import Words

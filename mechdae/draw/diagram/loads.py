@@ -21,9 +21,9 @@ from mechdae.draw import style
 from mechdae.draw.diagram import symbols
 from mechdae.draw.diagram.amounts import acts, load_values, pushing
 from mechdae.draw.diagram.driver import anchor_of, blocked, pivot_and_arm, travel_of, turn_arrow
+from mechdae.draw.diagram.placed_scene import PlacedScene
 from mechdae.draw.diagram.places import AnyScene, Place, hull, places_of, within
-from mechdae.draw.diagram.scene import Array, PlacedScene
-from mechdae.draw.primitives import Anchor
+from mechdae.draw.primitives import Anchor, Array
 from mechdae.draw.sheet import Sheet, arc, normal, unit
 from mechdae.draw.words import Words
 from mechdae.records import dataclass

@@ -14,7 +14,9 @@ from mechdae.describe.joints.joint import Joint
 from mechdae.describe.mechanism import GROUND, Body, Mechanism
 from mechdae.draw import style
 from mechdae.draw.diagram import symbols
-from mechdae.draw.diagram.scene import Array, DrawnScene, PlacedScene
+from mechdae.draw.diagram.placed_scene import PlacedScene
+from mechdae.draw.diagram.scene import DrawnScene
+from mechdae.draw.primitives import Array
 from mechdae.draw.sheet import LineLook, Sheet, normal, unit
 from mechdae.records import dataclass
 from mechdae.types import Booleans

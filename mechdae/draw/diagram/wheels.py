@@ -12,7 +12,8 @@ from mechdae.describe.mechanism import GROUND
 from mechdae.draw import style
 from mechdae.draw.diagram import symbols
 from mechdae.draw.diagram.places import fixed_bodies
-from mechdae.draw.diagram.scene import Array, DrawnScene
+from mechdae.draw.diagram.scene import DrawnScene
+from mechdae.draw.primitives import Array
 from mechdae.draw.sheet import Sheet, normal, unit
 
 BELT_SHARE = 0.3

@@ -9,6 +9,7 @@ import numpy as np
 
 from mechdae.draw import style
 from mechdae.draw.diagram.loads import Mark
+from mechdae.draw.diagram.placed_scene import PlacedScene
 from mechdae.draw.diagram.places import (
     Piece,
     Place,
@@ -19,10 +20,11 @@ from mechdae.draw.diagram.places import (
     within,
     written,
 )
-from mechdae.draw.diagram.scene import Array, DrawnScene, PlacedScene
+from mechdae.draw.diagram.scene import DrawnScene
 from mechdae.draw.fonts import Font, font, ink, plain
 from mechdae.draw.labels import layout
 from mechdae.draw.labels.layout import feet_of
+from mechdae.draw.primitives import Array
 from mechdae.draw.sheet import Sheet, unit
 from mechdae.records import dataclass
 

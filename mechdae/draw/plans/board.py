@@ -11,9 +11,9 @@ import numpy as np
 
 from mechdae.draw import style
 from mechdae.draw.diagram import symbols
-from mechdae.draw.diagram.scene import Array
 from mechdae.draw.fonts import font, ink
 from mechdae.draw.labels import layout
+from mechdae.draw.primitives import Array
 from mechdae.draw.sheet import MILLIMETRE, LineLook, Sheet, unit
 from mechdae.records import dataclass
 

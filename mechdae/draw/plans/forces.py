@@ -18,10 +18,11 @@ from mechdae.describe.coordinates import NamedCoordinate, coordinate
 from mechdae.describe.loads import Force, Resistance, Spring, TableLoad, Torque
 from mechdae.describe.mechanism import GROUND, Mechanism
 from mechdae.draw.diagram.places import numbers_of
-from mechdae.draw.diagram.scene import Array, DrawnScene
+from mechdae.draw.diagram.scene import DrawnScene
 from mechdae.draw.plans.board import Arrow, Plan
 from mechdae.draw.plans.rates import Rates
 from mechdae.draw.plans.relations import STILL, groups_of
+from mechdae.draw.primitives import Array
 from mechdae.results.kinds import ReactionsResult
 
 ZERO = np.zeros(2)

@@ -21,7 +21,7 @@ from matplotlib.axes import Axes
 
 from mechdae.draw import style
 from mechdae.draw.diagram import symbols
-from mechdae.draw.diagram.scene import Array, DrawnScene
+from mechdae.draw.diagram.scene import DrawnScene
 from mechdae.draw.formulas.notations import written_letter
 from mechdae.draw.graphs.scale import number
 from mechdae.draw.plans.board import (
@@ -41,6 +41,7 @@ from mechdae.draw.plans.board import (
 )
 from mechdae.draw.plans.forces import BodyForces
 from mechdae.draw.plans.relations import motion_plan
+from mechdae.draw.primitives import Array
 from mechdae.draw.sheet import MILLIMETRE, Sheet, arc, normal, unit
 from mechdae.errors import UnavailableError
 from mechdae.records import dataclass

@@ -8,7 +8,8 @@ import numpy as np
 
 from mechdae.describe.joints.joint import Joint
 from mechdae.describe.mechanism import GROUND
-from mechdae.draw.diagram.scene import Array, PlacedScene
+from mechdae.draw.diagram.placed_scene import PlacedScene
+from mechdae.draw.primitives import Array
 from mechdae.draw.sheet import normal
 
 if TYPE_CHECKING:

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from mechdae.describe import GROUND, Joint
-from mechdae.draw.diagram.scene import Array
 from mechdae.draw.plans.rates import NAMES, SPINS, Rates
+from mechdae.draw.primitives import Array
 
 
 class RatesInSpace(Rates):

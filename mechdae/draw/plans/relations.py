@@ -18,6 +18,7 @@ import numpy as np
 
 from mechdae.describe.joints.joint import Joint
 from mechdae.describe.mechanism import GROUND, Mechanism
+from mechdae.draw.diagram.placed_scene import PlacedScene
 from mechdae.draw.diagram.places import (
     Place,
     free_points,
@@ -25,11 +26,12 @@ from mechdae.draw.diagram.places import (
     numbers_of,
     places_of,
 )
-from mechdae.draw.diagram.scene import Array, DrawnScene, PlacedScene
+from mechdae.draw.diagram.scene import DrawnScene
 from mechdae.draw.formulas.notations import mathtext, written_letter
 from mechdae.draw.formulas.tree import Equation, Letter, Sum
 from mechdae.draw.plans.board import Arrow, End, Plan
 from mechdae.draw.plans.rates import Rates
+from mechdae.draw.primitives import Array
 from mechdae.errors import UnknownName
 from mechdae.records import dataclass
 

@@ -14,7 +14,8 @@ from mechdae.describe.coordinates import NamedCoordinate
 from mechdae.describe.joints.joint import Joint
 from mechdae.describe.joints.spatial import AXES, SpatialJoint, largest
 from mechdae.describe.mechanism import GROUND, Mechanism
-from mechdae.draw.diagram.scene import PlacedScene, driven_turn
+from mechdae.draw.diagram.placed_scene import PlacedScene
+from mechdae.draw.diagram.scene import driven_turn
 from mechdae.draw.space.viewpoint import Array
 from mechdae.errors import InputError
 from mechdae.records import dataclass

@@ -13,7 +13,6 @@ import numpy as np
 
 from mechdae.describe import Joint
 from mechdae.describe.expression import evaluate, parse
-from mechdae.draw.diagram.scene import Array
 from mechdae.draw.formulas.tree import (
     Equation,
     Formula,
@@ -32,6 +31,7 @@ from mechdae.draw.formulas.tree import (
     Wording,
     number,
 )
+from mechdae.draw.primitives import Array
 from mechdae.draw.sheet import normal
 from mechdae.parts.paper.explanations.subject import Subject
 

@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 
 from mechdae.describe import GROUND
-from mechdae.draw.diagram.scene import Array, DrawnScene
+from mechdae.draw.diagram.scene import DrawnScene
 from mechdae.draw.plans.relations import Relations, groups_of, joints_of, named_group
+from mechdae.draw.primitives import Array
 from mechdae.parts.paper.phrases import Phrases
 from mechdae.records import dataclass
 

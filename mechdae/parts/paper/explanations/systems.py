@@ -15,7 +15,6 @@ from math import degrees
 import numpy as np
 
 from mechdae.describe import GROUND
-from mechdae.draw.diagram.scene import Array
 from mechdae.draw.formulas.notations import signed
 from mechdae.draw.formulas.tree import (
     Equation,
@@ -35,6 +34,7 @@ from mechdae.draw.formulas.tree import (
     rounded,
 )
 from mechdae.draw.plans.relations import Relation, Relations, Spot
+from mechdae.draw.primitives import Array
 from mechdae.draw.sheet import normal
 from mechdae.parts.paper.explanations.subject import Subject
 from mechdae.records import dataclass
