@@ -134,7 +134,10 @@ def _pictured(
     if ax is not None and (width, dpi) != (None, None):
         raise InputError("axes have a figure of their own: width and dpi are those of a new one")
     with figure.printed(on):
-        return _drawn(result, kind, ax, draw, settings)
+        drawn = _drawn(result, kind, ax, draw, settings)
+    if not title:
+        figure.figure_of(drawn).set_label(str(getattr(result, "title", "") or result.problem))
+    return drawn
 
 
 def _drawn(result: Result, kind: str, ax: Axes | None, draw: Drawing, given: Json) -> Any:

@@ -136,13 +136,14 @@ def svg_text(picture: Axes | Figure, text: bool = False) -> str:
 
 
 def heads_of(figure: Figure) -> list[str]:
-    """Return the title and the line below it of a picture, as they are written in it."""
+    """Return the title and the line below it of a picture, of one without them what it shows."""
     texts = [(str(artist.get_gid()), artist.get_text()) for artist in figure.findobj(Text)]
     heads = (
         " ".join(dict.fromkeys(text for gid, text in texts if gid.startswith(word)))
         for word in ("title", "subtitle")
     )
-    return [" ".join(head.split()) for head in heads if head.strip()]
+    found = [" ".join(head.split()) for head in heads if head.strip()]
+    return found or [label for label in [str(figure.get_label())] if label]
 
 
 def described(svg: str, figure: Figure) -> str:

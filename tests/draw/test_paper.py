@@ -114,6 +114,7 @@ def test_the_command(tmp_path, capsys) -> None:
     text = file.read_text(encoding="utf-8")
     assert f'width="{90 / INCH * 72:.4f}'[:10] in text
     assert "pose " not in text
+    assert "<title>Four-bar crank-rocker with a coupler point</title>" in text  # for screen readers
     assert main(["plot", "four-bar-crank-rocker", "--width", "1", "--out", str(file)]) == 2
     assert "such as 90mm" in capsys.readouterr().err
 

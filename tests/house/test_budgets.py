@@ -12,7 +12,7 @@ BUDGETS = {
     "numerics": 4_640,
     "equations": 7_720,  # what is left out of a scene: rollers, second machines, plane and space
     "results": 3_490,
-    "draw": 19_510,  # graphs of motions; texts are measured without matplotlib
+    "draw": 19_520,  # graphs of motions; texts are measured without matplotlib
     "kernels": 7_500,
     "motion": 23_370,  # poses of several drivers at the speed of one
     "forces": 4_730,
