@@ -8,7 +8,7 @@ from __future__ import annotations
 import importlib
 from typing import Any
 
-__version__ = "0.24.0"
+__version__ = "0.25.0"
 
 PARTS = (
     "mechdae.tasks",
