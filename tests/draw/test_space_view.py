@@ -5,9 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from mechdae.draw import style
 from mechdae.draw.space import solids
 from mechdae.draw.space.solids import STEP, Item, crossings, depth_order, gaps, nearer, seen
 from mechdae.draw.space.spatial_pose import edges_of, faces_of
+from mechdae.draw.space.spatial_symbols import JointPlace, JointSide, revolute
 from mechdae.draw.space.viewpoint import Viewpoint, Wireframe, best_view
 from mechdae.results.rotations import matrices
 
@@ -104,6 +106,20 @@ def test_three_rods_that_cover_each_other_in_a_ring_are_all_drawn():
     assert len(set(ahead)) == 1
     assert ahead[0] != 0
     assert sorted(depth_order(rods)) == [0, 1, 2]
+
+
+@pytest.mark.parametrize("last", [-1e-13, 0.0, 1e-13])
+def test_a_stand_is_behind_its_barrel(last):
+    """Their middles are at one depth: the last digits, which differ by machine, decide nothing."""
+    frame = np.array([(1.0, 0.0, 0.0), (0.0, 0.5, -(0.75**0.5)), (0.0, 0.75**0.5, 0.5)])
+    at = JointPlace("A", np.zeros(3), np.zeros(3), frame, frame[2], up=frame[2])
+    nowhere = np.zeros((0, 3))
+    ground = JointSide("ground", style.INK, nowhere, fixed=True)
+    items = revolute(at, ground, JointSide("crank", style.INK, nowhere)).items
+    stand = next(item for item in items if item.gid == "support-A")
+    stand.points[:, 2] += last
+    middle = [items[k].gid for k in depth_order(items) if abs(items[k].depth) < 1e-9]
+    assert middle == ["support-A", "joint-A-revolute"]
 
 
 def test_gaps_only_where_a_line_passes_well_in_front():

@@ -275,7 +275,7 @@ class Item:
 
     @property
     def depth(self) -> float:
-        return float(self.points[:, 2].mean())
+        return round(float(self.points[:, 2].mean()), 6)  # the last digits differ by machine
 
     @property
     def low(self) -> Array:

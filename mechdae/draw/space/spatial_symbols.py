@@ -127,9 +127,9 @@ def revolute(at: JointPlace, first: JointSide, second: JointSide) -> DrawnSymbol
     axis, gid = at.frame[2], f"joint-{at.name}-revolute"
     holder, shaft = (second, first) if second.fixed and not first.fixed else (first, second)
     drawn = DrawnSymbol()
-    drawn.items.append(solids.barrel(at.center, axis, HALF, RADIUS, gid, holder.color))
     if holder.fixed:
         drawn.items.append(at.stand(at.center, HALF, STAND))
+    drawn.items.append(solids.barrel(at.center, axis, HALF, RADIUS, gid, holder.color))
     side = _shaft_side(at.center, axis, shaft)
     ends = {}
     for sign in (-1.0, 1.0):
@@ -181,13 +181,13 @@ def _sleeve_and_rod(
     gid = f"joint-{at.name}-sleeve"
     half, wide = SLEEVE
     drawn = DrawnSymbol()
+    if sleeve.fixed:
+        drawn.items.append(at.stand(center, half, STAND + 1.0))
     if round_one:
         drawn.items.append(solids.barrel(center, axis, half, wide, gid, sleeve.color))
     else:
         halves = np.array([wide, wide, half])
         drawn.items.append(solids.box(center, at.frame, halves, gid, sleeve.color))
-    if sleeve.fixed:
-        drawn.items.append(at.stand(center, half, STAND + 1.0))
     for item in drawn.items:
         item.anchor = Anchor((at.bases[not held],), at.turn)
     drawn.items += _rod(at, rod, center, through, held)
