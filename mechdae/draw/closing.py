@@ -124,9 +124,8 @@ def _spatial(scene: SpatialScene, pose: int) -> Iterator[tuple[str, float]]:
 
 def _arm(scene: DrawnScene, joint: Joint) -> float:
     """Return how far the points of the second body are from the joint at most."""
-    body, here = joint.second_body, scene.local(joint.second)
-    points = scene.mechanism.body(body).points
-    return max((_size(scene.local(f"{body}.{point}") - here) for point in points), default=0.0)
+    here, points = scene.local(joint.second), scene.points(joint.second_body)
+    return max((_size(scene.local(point) - here) for point in points), default=0.0)
 
 
 def _distance(line: Array, place: Array) -> float:

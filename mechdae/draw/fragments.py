@@ -182,13 +182,13 @@ def anchors_of(
         return [Anchor(held[0].points, held[0].turn) if held else PAPER]
     place = scene.place(name, pose)
     near = [
-        f"{body}.{point}"
+        body
         for body in scene.mechanism.bodies
         if scene.shown(body, pose)
-        for point in scene.mechanism.body(body).points
-        if np.allclose(scene.place(f"{body}.{point}", pose), place, atol=1e-9)
+        for point in scene.points(body)
+        if np.allclose(scene.place(point, pose), place, atol=1e-9)
     ]
-    return [Anchor((name,)), *(Anchor((name,), point.split(".")[0]) for point in near)]
+    return [Anchor((name,)), *(Anchor((name,), body) for body in near)]
 
 
 def _reach(scene: DrawnScene, joint: Joint, pose: int, size: float) -> list[float]:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from mechdae.draw.graphs.poles import clip_of, cuts
 from mechdae.draw.graphs.series import vector_of
+from mechdae.draw.labels.layout import feet
 from mechdae.errors import MechdaeError
 
 if TYPE_CHECKING:
@@ -139,10 +140,7 @@ def _off(track: Array) -> float:
     end, it may be all of it.
     """
     before, here, after = track[:-2], track[1:-1], track[2:]
-    way = after - before
-    square = np.maximum((way**2).sum(axis=1), 1e-300)
-    along = np.clip(((here - before) * way).sum(axis=1) / square, 0.0, 1.0)
-    off = np.linalg.norm(here - before - along[:, None] * way, axis=1)
+    off = np.linalg.norm(here - feet(here, before, after), axis=1)
     if not len(off):
         return 0.0
     beside = np.minimum(np.roll(off, 1), np.roll(off, -1))

@@ -11,6 +11,7 @@ from mechdae.describe.units import Units
 from mechdae.draw import style
 from mechdae.draw.designs.drawn_design import TURN, DesignPaper, DrawnDesign, above_and_below
 from mechdae.draw.designs.targets import draw_path
+from mechdae.draw.formulas.notations import RAISED
 from mechdae.draw.graphs.frame import Entry, Panels
 from mechdae.draw.graphs.scale import Scale, scale_of
 from mechdae.draw.primitives import Array
@@ -20,7 +21,6 @@ from mechdae.types import Json
 
 TINY = 0.1
 """Values smaller than this are shown as multiples of a power of ten."""
-RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 HIGH = (1.0, 0.8)
 """Size of the diagram above the graphs of a function, over the usual one."""
 

@@ -208,8 +208,7 @@ def draw_brake(
 def arm_of(scene: DrawnScene, reference: str, pose: int) -> Array | None:
     """Return the way [m] from a point to the farthest one of its body, None if it has one place."""
     body, pivot = reference.split(".")[0], scene.place(reference, pose)
-    points = scene.mechanism.body(body).points
-    arms = [scene.place(f"{body}.{other}", pose) - pivot for other in points]
+    arms = [scene.place(point, pose) - pivot for point in scene.points(body)]
     longest = max(arms, key=lambda arm: round(float(np.hypot(*arm)), 12))
     return longest if np.hypot(*longest) > 0 else None
 
@@ -240,7 +239,7 @@ def pivot_of(scene: DrawnScene, entry: NamedCoordinate, places: Sequence[Place])
     ]
     fixed = [reference for place, reference in chosen if GROUND in place.bodies]
     known = [*fixed, *(reference for _, reference in chosen)]
-    return known[0] if known else f"{body}.{next(iter(scene.mechanism.body(body).points))}"
+    return known[0] if known else scene.points(body)[0]
 
 
 def pivot_and_arm(

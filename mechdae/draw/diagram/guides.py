@@ -161,8 +161,8 @@ def _draw_corner(sheet: Sheet, scene: DrawnScene, joint: Joint, pose: int, cente
     toward, axis = center - origin, scene.axis(joint, pose)
     if np.hypot(*toward) < 2.2 * style.BLOCK[0]:
         toward = -axis * np.sign(float(toward @ axis) or 1.0)
-    for point in scene.mechanism.body(joint.first_body).points:
-        arm = sheet.at(scene.place(f"{joint.first_body}.{point}", pose)) - origin
+    for point in scene.points(joint.first_body):
+        arm = sheet.at(scene.place(point, pose)) - origin
         if np.hypot(*arm) > style.BLOCK[0] and abs(unit(arm) @ normal(unit(toward))) > 0.1:
             symbols.corner(sheet, origin, (toward, arm), f"joint-{joint.name}-corner")
 

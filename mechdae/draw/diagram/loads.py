@@ -23,6 +23,7 @@ from mechdae.draw.diagram.amounts import acts, load_values, pushing
 from mechdae.draw.diagram.driver import anchor_of, blocked, pivot_and_arm, travel_of, turn_arrow
 from mechdae.draw.diagram.placed_scene import PlacedScene
 from mechdae.draw.diagram.places import AnyScene, Place, hull, places_of, within
+from mechdae.draw.labels.layout import feet
 from mechdae.draw.primitives import Anchor, Array
 from mechdae.draw.sheet import Sheet, arc, normal, unit
 from mechdae.draw.words import Words
@@ -405,7 +406,7 @@ class DrawnLoads:
 
     def on_body(self, name: str, *places: str) -> Anchor:
         """Return what places of a body move with."""
-        return Anchor((f"{name}.{next(iter(self.scene.mechanism.body(name).points))}",), name, "m")
+        return Anchor((self.scene.points(name)[0],), name, "m")
 
 
 def center_and_foot(scene: PlacedScene, name: str) -> tuple[Array, Array] | None:
@@ -421,12 +422,9 @@ def center_and_foot(scene: PlacedScene, name: str) -> tuple[Array, Array] | None
     if (np.linalg.norm(points - center, axis=1) <= 1e-12).any():
         return None
     i, j = np.triu_indices(len(points))
-    way = points[j] - points[i]
-    square = np.maximum((way**2).sum(axis=1), 1e-300)
-    share = np.clip(((center - points[i]) * way).sum(axis=1) / square, 0.0, 1.0)
-    feet = points[i] + share[:, None] * way
-    away = np.linalg.norm(feet - center, axis=1)
-    return center, feet[int(np.argmin(np.round(away / away.max(), 9)))]
+    spots = feet(center, points[i], points[j])
+    away = np.linalg.norm(spots - center, axis=1)
+    return center, spots[int(np.argmin(np.round(away / away.max(), 9)))]
 
 
 def kinds_of_spring(load: Spring) -> tuple[bool, bool]:

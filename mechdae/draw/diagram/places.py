@@ -361,7 +361,7 @@ def draw_bridges(
         if along is None:
             continue
         others = [name for name in bodies if name != body]
-        ends = [f"{name}.{end}" for name in others for end in scene.mechanism.body(name).points]
+        ends = [end for name in others for end in scene.points(name)]
         arms = [sheet.at(scene.place(end, pose)) - center for end in ends]
         away = np.array([0.0, 1e-6]) - np.sum(arms, axis=0)
         with sheet.on(reference, turn=body):

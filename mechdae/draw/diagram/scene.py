@@ -381,7 +381,7 @@ def _behind(scene: DrawnScene) -> NDArray[np.intp]:
     pins = np.array([scene.track(joint.second) for joint in hinges])
     for body in set(scene.mechanism.bodies) & known if hinges else ():
         foreign = pins[[body not in joint.bodies for joint in hinges]]
-        tracks = [scene.track(f"{body}.{point}") for point in scene.mechanism.body(body).points]
+        tracks = [scene.track(point) for point in scene.points(body)]
         for a, b in itertools.combinations(tracks, 2):
             way, arm = b - a, foreign - a
             square = np.maximum((way**2).sum(axis=1), 1e-300)
@@ -398,8 +398,8 @@ def _arms(scene: DrawnScene, reference: str) -> list[Array]:
         return []
     pin = scene.track(reference)
     arms = []
-    for other in scene.mechanism.body(body).points:
-        length = float(np.hypot(*(scene.local(f"{body}.{other}") - scene.local(reference))))
+    for point in scene.points(body):
+        length = float(np.hypot(*(scene.local(point) - scene.local(reference))))
         if length > 0:
-            arms.append((scene.track(f"{body}.{other}") - pin) / length)
+            arms.append((scene.track(point) - pin) / length)
     return arms

@@ -110,10 +110,7 @@ def _draw_spoke(
 
     A thin radius with a dot on the rim, through the first other point of the body.
     """
-    offsets = [
-        sheet.at(scene.place(f"{body}.{point}", pose)) - center
-        for point in scene.mechanism.body(body).points
-    ]
+    offsets = [sheet.at(scene.place(point, pose)) - center for point in scene.points(body)]
     arms = [unit(offset) for offset in offsets if np.hypot(*offset) > 1e-6]
     direction = arms[0] if arms else scene.direction(body, 0.0, pose)
     end = center + radius * direction

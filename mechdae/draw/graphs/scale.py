@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable
 from typing import Any
 
@@ -16,6 +15,7 @@ PREFIXES = {-9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
 PREFIXED = ("m", "N", "N m", "W", "J")
 """Units that take a prefix; all others stay as they are."""
 DEGREES = 180.0 / np.pi
+POWERS = str.maketrans("23", "²³")
 
 
 @dataclass(frozen=True)
@@ -40,7 +40,7 @@ class Scale:
 
 def raised(unit: str) -> str:
     """Return a unit as it is written: ``m/s2`` is m/s²."""
-    return re.sub("(?<=[a-z])[23]$", lambda power: "²³"["23".index(power[0])], unit)
+    return unit.translate(POWERS)
 
 
 def scale_of(unit: str, values: Iterable[object] = (), units: Units = SI) -> Scale:

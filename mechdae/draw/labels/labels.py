@@ -144,8 +144,8 @@ def _arms(scene: DrawnScene, references: Sequence[str], pose: int) -> list[Array
         if body not in scene.mechanism.bodies:
             continue
         start = scene.place(reference, pose)
-        for point in scene.mechanism.body(body).points:
-            arm = scene.place(f"{body}.{point}", pose) - start
+        for point in scene.points(body):
+            arm = scene.place(point, pose) - start
             if np.hypot(*arm) > 1e-12:
                 arms.append(arm)
     return arms

@@ -151,7 +151,7 @@ def _couple(
 ) -> Iterator[Arrow]:
     """Yield a couple on a body as two forces at the images of two of its points."""
     spin = balance.rates.spins[body][0]
-    points = [f"{body}.{name}" for name in balance.scene.mechanism.bodies[body].points]
+    points = balance.scene.points(body)
     if not spin or not moment or not np.isfinite(moment):
         return
     first = balance.rates.place(points[0])

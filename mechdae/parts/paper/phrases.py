@@ -7,10 +7,10 @@ from functools import cache
 from pathlib import Path
 
 from mechdae.describe.units import SI, Units
+from mechdae.draw.graphs.scale import raised
 from mechdae.draw.words import unit_in_russian
 from mechdae.errors import UnknownName
 
-RAISED = str.maketrans("23", "²³")
 WORDS = Path(__file__).parent / "words"
 
 
@@ -36,7 +36,7 @@ class Phrases:
 
     def unit(self, text: str) -> str:
         """Return a unit as the language writes it."""
-        return (unit_in_russian(text) if self.lang == "ru" else text).translate(RAISED)
+        return raised(unit_in_russian(text) if self.lang == "ru" else text)
 
     def kind(self, name: str) -> str:
         """Return the name of a kind of joint, as the file has it where there is no other."""

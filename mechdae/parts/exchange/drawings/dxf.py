@@ -120,10 +120,9 @@ class _Drawing:
         if shape.kind == "text":
             self.out.text(layer, places[0], CAPITAL * shape.font.size / metre, shape.text)
         elif shape.kind == "circle":
-            real = (
-                f"{(shape.gid or '').removeprefix('joint-').removesuffix('-roller')}.roller_radius"
-            )
-            self.out.circle(layer, places[0], self.scene.numbers.get(real, shape.radius / metre))
+            joint = (shape.gid or "").removeprefix("joint-").removesuffix("-roller")
+            real = self.scene.numbers.get(f"{joint}.roller_radius", shape.radius / metre)
+            self.out.circle(layer, places[0], real)
         elif shape.kind == "strokes":
             for ends in places.reshape(-1, 2, 2):
                 self.out.line(layer, ends)

@@ -68,8 +68,8 @@ def run(options: argparse.Namespace) -> int:
     fewer = "" if options.count or len(made) == USUAL else f": no {USUAL} in these ranges"
     sets = "set" if made.tried == 1 else "sets"
     variants = "variant" if len(made) == 1 else "variants"
-    told = f"{len(made)} {variants} of {made.tried} {sets} of numbers{fewer}"
-    message(f"mechdae: {told}", options.quiet)
+    counts = f"{len(made)} {variants} of {made.tried} {sets} of numbers"
+    message(f"mechdae: {counts}{fewer}", options.quiet)
     return 0
 
 

@@ -169,7 +169,7 @@ def _line(subject: Subject, body: str, pin: Joint, inner: Joint, guide: Joint) -
     start, middle = subject.letter(far), subject.letter(tip)
     base = guide.ends_at(on_guide.split(".")[0])[1]
     here, there = subject.place(near), subject.place(tip)
-    axis = scene.direction(guide.first_body, scene.numbers[f"{guide.name}.axis"], subject.pose)
+    axis = scene.axis(guide, subject.pose)
     arm = there - here
     yield Note((subject.say("circle and line", middle, start, guide.name),))
     worked.know_place("1", start, here)

@@ -190,8 +190,7 @@ def _relations(
 def _axis(subject: Subject, joint: str) -> Array:
     """Return the direction of a guide or slot."""
     scene = subject.scene
-    first = scene.mechanism.joints[joint].first_body
-    return scene.direction(first, scene.numbers[f"{joint}.axis"], subject.pose)
+    return scene.axis(scene.mechanism.joints[joint], subject.pose)
 
 
 def _addend(subject: Subject, relation: Relation, k: int) -> SizedTerm:
