@@ -159,9 +159,8 @@ def draw(
     )  # fmt: skip
     if not shown.in_space:
         larger = larger_for(shown.scene, shown.pose, *bounds[:2]) if ax is None else style.USUAL
-        framed = replace(
-            framed, larger=larger, overlay=partial(draw_details, shown.scene, result, shown.pose)
-        )
+        details = partial(draw_details, shown.scene, result, shown.pose, labels)
+        framed = replace(framed, larger=larger, overlay=details)
     elif three or axodes:
         from mechdae.draw.space import axodes as surfaces
         from mechdae.draw.space.spatial_drawing import SpatialView

@@ -211,7 +211,10 @@ def test_pins_nearer_than_their_symbols_have_an_enlarged_detail(tmp_path, width)
     """C and F are 1 mm apart: 20 mm beside the diagram, with their letters there alone."""
     file = tmp_path / "near.toml"
     file.write_text("schema = 1\n" + SIX_BAR.replace("FAR", "0.121"))
-    axes = md.plot(md.solve(file), "diagram", width=width)
+    result = md.solve(file)
+    assert "detail-label-coupler.C" not in gids(md.plot(result, "diagram", labels=False))
+    axes = md.plot(result, "diagram", width=width)
+    assert "detail-label-coupler.C" in gids(axes)
     circles = {own.get_gid(): own for own in axes.patches if hasattr(own, "center")}
     frame = circles["detail"]
     apart = np.subtract(circles["detail-joint-C-pin"].center, circles["detail-joint-F-pin"].center)

@@ -36,11 +36,11 @@ ABOVE = 20.0
 """Rank above all else."""
 
 
-def draw_details(scene: DrawnScene, result: Result, pose: int, sheet: Sheet) -> str:
+def draw_details(scene: DrawnScene, result: Result, pose: int, labels: bool, sheet: Sheet) -> str:
     """Draw an enlarged detail of each group of pins whose symbols overlap, where there is room."""
     places = places_of(scene, pose)
     for group in near_pins(sheet, scene, pose, places):
-        _draw_detail(sheet, scene, result, pose, places, group)
+        _draw_detail(sheet, scene, result, pose, places, group, labels)
     return ""
 
 
@@ -62,7 +62,7 @@ def near_pins(
 
 def _draw_detail(
     sheet: Sheet, scene: DrawnScene, result: Result, pose: int, places: Sequence[Place],
-    group: Sequence[Place],
+    group: Sequence[Place], labels: bool,
 ) -> None:  # fmt: skip
     spots = np.array([sheet.at(scene.place(place.references[0], pose)) for place in group])
     middle = (spots.min(axis=0) + spots.max(axis=0)) / 2
@@ -81,7 +81,7 @@ def _draw_detail(
     part.corner = sheet.back(middle) - radius / part.metre
     view = View(traces=False, loads=False, bare=True)
     _, links, _ = draw_scene(part, scene, result, pose, view, ENGLISH)
-    names = {f"label-{place.references[0]}" for place in group}
+    names = {f"label-{place.references[0]}" for place in group if labels}
     sheet.elsewhere |= names
     texts = writings(part, scene, pose, places, links)
     write_all(part, [text for text in texts if text.gid in names], links)
