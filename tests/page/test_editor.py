@@ -269,7 +269,7 @@ def test_lengths_angles_names_and_masses_are_typed(drawing, tmp_path):
     assert field(page, "angle [°]").input_value() == "80"
     before = page.evaluate("mechdae.toml()")
     for text, words in (("400", "do not close"), ("0", "above zero"), ("-3", "above zero"),
-                        ("x", "not a number")):  # fmt: skip
+                        ("x", '"x" is no number')):  # fmt: skip
         typed(page, "AB [mm]", text)
         assert words in said(page)
         assert page.evaluate("mechdae.toml()") == before

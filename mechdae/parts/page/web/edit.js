@@ -6,7 +6,7 @@ import { Diagram } from "./diagram.js";
 import { offered, svgText } from "./files.js";
 import { Finder } from "./find/find.js";
 import { textOf } from "./edit/given.js";
-import { find, made, numberIn, showFailures } from "./made.js";
+import { find, made, showFailures, typed } from "./made.js";
 import { bodyOf } from "./edit/mechanism.js";
 import { Properties } from "./edit/properties.js";
 import { Refused } from "./read_toml.js";
@@ -67,7 +67,7 @@ class Editor {
     find("acts").append(start);
     this.play = made("button", { type: "button", onclick: () => this.toggle() }, words("play"));
     this.slider = made("input", { type: "range", min: 0, max: 1, step: "any", "aria-label": words("driver"), oninput: () => this.at(Number(this.slider.value)) });
-    this.number = made("input", { type: "text", inputmode: "decimal", "aria-label": words("driver"), size: 8, onchange: () => { const own = numberIn(this.number.value); if (this.session && Number.isFinite(own)) this.show(own / displayed(this.session.motion.way.unit)[0]); } });
+    this.number = made("input", { type: "text", inputmode: "decimal", "aria-label": words("driver"), size: 8, onchange: () => typed(this.number.value, (value) => { if (this.session) this.show(value / displayed(this.session.motion.way.unit)[0]); }, (text) => this.say(text)) });
     this.unit = made("span", { class: "unit" });
     this.leading = made("select", { "aria-label": words("drivers"), onchange: () => { this.session.along(Number(this.leading.value)); this.studies.draw(); this.draw(); } });
     find("drive").append(this.play, this.slider, this.number, this.unit, this.leading);
@@ -76,7 +76,7 @@ class Editor {
     const photo = made("input", { type: "file", accept: "image/*", hidden: true, id: "photo-file", onchange: () => { if (photo.files.length) this.photo(photo.files[0]); photo.value = ""; } });
     const files = made("div", { class: "acts", id: "files" }, chosen, photo);
     const opacity = made("input", { type: "range", min: 0, max: 1, step: 0.05, value: 0.5, "aria-label": words("opacity"), oninput: () => this.backdrop.image.setAttribute("opacity", opacity.value) });
-    const known = made("input", { type: "text", inputmode: "decimal", value: "100", size: 6, "aria-label": `${words("known_length")} [mm]`, onchange: () => { this.measured = numberIn(known.value) / 1000; } });
+    const known = made("input", { type: "text", inputmode: "decimal", value: "100", size: 6, "aria-label": `${words("known_length")} [mm]`, onchange: () => typed(known.value, (value) => { this.measured = value / 1000; }, (text) => this.say(text)) });
     find("file").append(files, made("h2", {}, words("photo")), made("div", { class: "acts", id: "photo" }), made("p", { class: "hint" }, words("about_photo")), made("p", { id: "kept", class: "hint" }));
     button("files", "open", () => chosen.click());
     button("files", "save", () => offered(this.name, this.sketch.text, "text/plain"));
@@ -134,9 +134,8 @@ class Editor {
   choose(tool) {
     this.begun = null;
     this.tool = tool;
-    this.message = "";
     find("find").hidden = find("found").hidden = tool !== "find";
-    this.draw();
+    this.say("");
   }
 
   /** End what has begun: the tool stays, and what was made stays. */
@@ -144,8 +143,7 @@ class Editor {
     const lone = this.tool === "link" && this.begun && !this.begun.node;
     if (this.begun && this.begun.dragged) this.sketch.done();
     this.begun = null;
-    this.message = lone ? words("lone_point") : "";
-    this.draw();
+    this.say(lone ? words("lone_point") : "");
   }
 
   undo(back) {
@@ -169,8 +167,10 @@ class Editor {
 
   reason(error) { return `${words(error.word)}${error.about ? `: ${error.about}` : ""}`; }
 
-  refuse(word, about = "") {
-    this.message = this.reason(new Refused(word, 0, about));
+  refuse(word, about = "") { this.say(this.reason(new Refused(word, 0, about))); }
+
+  say(text) {
+    this.message = text;
     this.draw();
   }
 
@@ -241,7 +241,7 @@ class Editor {
   }
 
   async open(file) {
-    if (file.size > LARGEST) { this.choose("select"); this.message = `${file.name}: ${words("too_large")} ${LARGEST / 1000} kB`; this.draw(); } else this.begin(await file.text(), file.name);
+    if (file.size > LARGEST) { this.choose("select"); this.say(`${file.name}: ${words("too_large")} ${LARGEST / 1000} kB`); } else this.begin(await file.text(), file.name);
     this.opened += 1;
   }
 

@@ -18,8 +18,8 @@ export function made(name, attributes = {}, ...children) {
 export const rowOf = (...cells) => made("tr", {}, ...cells.map((cell) => made("td", {}, cell)));
 
 /** A table with words at its head. */
-export function tableOf(words, rows, look = "") {
-  const head = made("tr", {}, ...words.map((word) => made("th", { scope: "col" }, word)));
+export function tableOf(titles, rows, look = "") {
+  const head = made("tr", {}, ...titles.map((title) => made("th", { scope: "col" }, title)));
   return made("table", { class: look || false }, made("thead", {}, head), made("tbody", {}, ...rows));
 }
 
@@ -41,10 +41,10 @@ export function symbol([letter, low, high = ""]) {
 /** A number of a form: a comma stands for a point too. */
 export const numberIn = (text) => (text.trim() === "" ? NaN : Number(text.replace(",", ".").replace("\u2212", "-")));
 
-/** Do something with the number of a field, or say that it is none. */
-export function typed({ value }, act, say) {
-  if (Number.isFinite(numberIn(value))) act(numberIn(value));
-  else say(`"${value}" ${words("nonumber")}`, true);
+/** Do something with the number that was typed, or say that it is none. */
+export function typed(text, act, say) {
+  const value = numberIn(text);
+  if (Number.isFinite(value)) act(value); else say(`"${text}" ${words("nonumber")}`);
 }
 
 /** Show what failed unforeseen in the page, once: what it shows from then on may be of before. */

@@ -106,7 +106,7 @@ class App {
       oninput: () => this.want({ share: Number(this.slider.value) }) });
     this.number = made("input", { type: "text", inputmode: "decimal", "aria-label": `${data.driver.name} [${unit}]`, title: words("type_number"),
       onblur: () => this.showNumber(),
-      onchange: () => typed(this.number, (value) => this.want({ s: value / displayed(this.way.unit)[0] }), (...text) => this.say(...text)) });
+      onchange: () => typed(this.number.value, (value) => this.want({ s: value / displayed(this.way.unit)[0] }), (text) => this.say(text, true)) });
     this.button = made("button", { type: "button", title: words("about_play"), onclick: () => this.play(), "aria-pressed": "false" }, words("play"));
     const tempo = made("select", { "aria-label": words("speed"), title: words("about_speed"), onchange: () => { this.tempo = Number(tempo.value); } },
       ...[0.1, 0.25, 0.5, 1, 2, 4].map((k) => made("option", { value: k, selected: k === 1 }, `×${digits(k)}`)));

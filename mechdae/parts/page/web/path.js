@@ -1,6 +1,6 @@
 /** A certified path of the mechanism along its driver: the tests are those of mechdae's own paths. */
 import { Kernel } from "./kernel.js";
-import { straightOf, wayOf } from "./way.js";
+import { FULL_TURN, straightOf, wayOf } from "./way.js";
 import { dot } from "./vectors.js";
 
 const ROUND = 2 ** -53;
@@ -9,7 +9,6 @@ const TINY = 1e-17;
 const ROUNDS = 8;
 const APPROACH = 1e-6, SMALLEST = 1e-9;
 const TRIES = 20000;
-const TURN = 2 * Math.PI;
 const RETURN = 1e-8;
 const SLOWER = 1.25;
 const ROUGH = 0.5, AHEAD = 1024, SETTLED = 1e-9;
@@ -90,12 +89,11 @@ export class Motion {
     this.nu = this.start.nu;
     this.way = wayOf(data, this.kernels);
     this.anchor = { x: Float64Array.from(this.start.x), s: this.start.s };
-    this.theta = data.sliders.map((slider) => slider.value);
     this.nodes = [];
     this.ends = [null, null];
     /** The block that stopped Newton's method last, -1 where numbers were not real. */
     this.opened = 0;
-    this.setNumbers(this.theta);
+    this.setNumbers(data.sliders.map(({ value }) => value));
   }
 
   /** Use other values of the sliders: parameters and bounds, no pose. */
@@ -249,8 +247,8 @@ export class Motion {
       this.extend(-1, low);
       if (this.way.turns && (this.ends[0] === null) !== (this.ends[1] === null)) {
         // what the driver does not reach directly it may reach the other way round
-        if (this.ends[0] === null) this.extend(-1, this.ends[1].s - TURN);
-        else this.extend(1, this.ends[0].s + TURN);
+        if (this.ends[0] === null) this.extend(-1, this.ends[1].s - FULL_TURN);
+        else this.extend(1, this.ends[0].s + FULL_TURN);
       }
       if (!this.grow()) return true;
       this.bounds();
@@ -438,8 +436,8 @@ export class Motion {
     const slack = 1e-11 * this.way.largest(0); // what rounding leaves before the end of a range
     if (s >= low - slack && s <= high + slack) return s;
     if (!this.way.turns) return null;
-    const turns = s < low ? Math.ceil((low - s) / TURN - 1e-12) : -Math.ceil((s - high) / TURN - 1e-12);
-    const there = s + turns * TURN;
+    const turns = s < low ? Math.ceil((low - s) / FULL_TURN - 1e-12) : -Math.ceil((s - high) / FULL_TURN - 1e-12);
+    const there = s + turns * FULL_TURN;
     return there >= low && there <= high ? there : null;
   }
 
@@ -516,7 +514,7 @@ export class Motion {
     return this.data.entries.every(({ columns, unit, names }) => columns.every((k) => {
       const apart = one[k] - other[k];
       if (unit !== "rad") return Math.abs(apart) <= RETURN * this.start.scale;
-      return Math.abs(names[0] === "orientation" ? apart : apart - TURN * Math.round(apart / TURN)) <= RETURN;
+      return Math.abs(names[0] === "orientation" ? apart : apart - FULL_TURN * Math.round(apart / FULL_TURN)) <= RETURN;
     }));
   }
 

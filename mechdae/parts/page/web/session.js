@@ -4,7 +4,7 @@ import { Ghosts } from "./ghosts.js";
 import { quantity, rateOf } from "./units.js";
 import { unpacked } from "./recorded.js";
 import { sentence, words } from "./words.js";
-import { aloneOf } from "./way.js";
+import { aloneOf, FULL_TURN } from "./way.js";
 
 const SAMPLES = 361;
 const CHECK = 1e-12, ROUNDING = 2 ** -52, TELLING = 1e5;
@@ -68,10 +68,10 @@ export class Session {
     this.range = way.range;
     if (way.whole) {
       // the whole assembled arc: a turn or a stroke beyond on each side, then as far as it goes
-      const more = way.turns ? 2 * Math.PI : 4 * this.data.start.scale;
+      const more = way.turns ? FULL_TURN : 4 * this.data.start.scale;
       if (this.motion.ends[0] === null) this.motion.extend(-1, around - more);
       if (this.motion.ends[1] === null) this.motion.extend(1, around + more);
-      this.range = this.motion.round ? [low, low + 2 * Math.PI] : this.motion.span();
+      this.range = this.motion.round ? [low, low + FULL_TURN] : this.motion.span();
     }
   }
 
@@ -279,7 +279,6 @@ export class Session {
   restore(entry) {
     this.motion.way = entry.way;
     this.theta = [...entry.theta];
-    this.motion.theta = [...entry.theta];
     this.motion.anchor = entry.anchor;
     this.motion.setNumbers(this.theta);
     this.mode = entry.mode;
@@ -397,9 +396,9 @@ export class Session {
     const { data, motion } = this;
     if (data.drivers) return anchor;
     const middle = (data.range[0] + data.range[1]) / 2;
-    const turns = data.start.turns ? Math.round((anchor.s - middle) / (2 * Math.PI)) : 0;
+    const turns = data.start.turns ? Math.round((anchor.s - middle) / FULL_TURN) : 0;
     if (turns === 0) return anchor;
-    const s = anchor.s - 2 * Math.PI * turns;
+    const s = anchor.s - FULL_TURN * turns;
     const found = motion.solved(s, s, anchor.x);
     const same = found.status === "ok" && found.x.every((value, i) => Math.abs(value - anchor.x[i]) < 1e-9 * (1 + Math.abs(value)));
     return same ? { x: found.x, s } : anchor;

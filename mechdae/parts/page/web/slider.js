@@ -13,7 +13,7 @@ export class SliderRow {
     this.range = made("input", { type: "range", min: low, max: high, step: "any", value, "aria-label": name, title: title || false, onpointerdown: begin, onkeydown: begin,
       oninput: () => change(Number(this.range.value)) });
     this.field = made("input", { type: "text", inputmode: "decimal", "aria-label": `${name} [${shown}]`, title: about || false, onblur: () => this.show(this.value),
-      onchange: () => { begin(); typed(this.field, (given) => change(given / factor), (text) => this.say(text)); } });
+      onchange: () => { begin(); typed(this.field.value, (given) => change(given / factor), (text) => this.say(text)); } });
     this.note = made("span", { class: "note", hidden: true });
     this.row = made("div", { class: "row" }, made("label", {}, name), this.range, this.field, made("span", { class: "unit" }, shown), this.note);
     this.show(value);

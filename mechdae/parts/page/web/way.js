@@ -1,6 +1,7 @@
 /** What a pose is led along: a driver's value, one of several drivers, straight legs between their values, a law of time. */
 
-const ROUND_TURN = 2 * Math.PI, STEPS_OF_TURN = 128;
+export const FULL_TURN = 2 * Math.PI;
+export const STEP_OF_TURN = FULL_TURN / 128;
 
 /** Sums of lists, entry by entry: one + factor other. */
 const along = (one, other, factor) => one.map((value, k) => value + factor * other[k]);
@@ -74,19 +75,21 @@ export function wayOf(data, kernels) {
   return new Alone(way.u, 0, { name: data.driver.name, unit: data.driver.unit, turns: start.turns, step: start.largest, range, whole: data.whole, pace: data.speed, given: [] });
 }
 
+/** Where the turn begins that an angle is in; rounding leaves no angle below its turn. */
+export const turnOf = (angle) => FULL_TURN * Math.floor(angle / FULL_TURN + 1e-9);
+
 /** One of several drivers that moves from values u, the others held. */
 export function aloneOf(data, u, k) {
-  const { name, unit, turns, size, speed, acceleration, usual } = data.drivers[k], begin = turns ? ROUND_TURN * Math.floor(u[k] / ROUND_TURN) : u[k];
+  const { name, unit, turns, size, speed, acceleration, usual } = data.drivers[k], begin = turns ? turnOf(u[k]) : u[k];
   const given = [speed, acceleration, 0].map((rate) => u.map((_, i) => (i === k ? rate : 0)));
-  return new Alone(u, k, { name, unit, turns, usual, given, pace: speed, whole: true, range: [begin, begin], step: (ROUND_TURN / STEPS_OF_TURN) * size, prefix: lines(data) }); // usual: nobody gave its speed
+  return new Alone(u, k, { name, unit, turns, usual, given, pace: speed, whole: true, range: [begin, begin], step: STEP_OF_TURN * size, prefix: lines(data) }); // usual: nobody gave its speed
 }
 
 /** A straight line from values u of several drivers to others. */
 export function straightOf(data, u, to) {
   const length = Math.max(...to.map((value, k) => Math.abs(value - u[k]) / data.drivers[k].size));
-  const share = ROUND_TURN / STEPS_OF_TURN;
   const still = u.map(() => 0);
-  const own = new Legs({ corners: [u, to], largest: [length > share ? share / length : 1], name: "", unit: "", rates: [still, still] }, [0, 1]);
+  const own = new Legs({ corners: [u, to], largest: [length > STEP_OF_TURN ? STEP_OF_TURN / length : 1], name: "", unit: "", rates: [still, still] }, [0, 1]);
   return Object.assign(own, { prefix: lines(data) });
 }
 

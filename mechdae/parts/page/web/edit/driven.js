@@ -1,8 +1,9 @@
 /** Tasks of a drawing: its way over all that assembles, its modes, its forces. In those of a file only what names other drivers changes. */
+import { isAngle, ownerOf } from "./mechanism.js";
+
 const DRAWN = { window: "sweep", modes: "modes", forces: "reactions" }, THIRTY = Math.PI / 6;
 
 const among = (some, all) => some.every((name) => all.includes(name));
-const isAngle = (name) => !/\.(slide|x|y)$/.test(name);
 /** How many values a driver is given. */
 const listed = (driver) => Math.max(0, ...Object.entries(driver).map(([key, list]) => (/^at(_|$)/.test(key) && Array.isArray(list) ? list.length : 0)));
 
@@ -42,7 +43,7 @@ export function drive(sketch, led, values = new Map()) {
   for (const task of same ? [] : ["window", "modes"]) if (led.length || toml.get(["tasks", task])) put(task);
   if (acting && (led.length || toml.get(["tasks", "forces"]))) put("forces");
   for (const name of led) {
-    const owner = name.replace(/\.(angle|slide)$/, "");
-    if (/\.(angle|slide)$/.test(name) && !sketch.numbers.table(["sketch"]).has(owner)) sketch.sketched(owner, value(name), isAngle(name));
+    const owner = ownerOf(name);
+    if (owner !== name && !sketch.numbers.table(["sketch"]).has(owner)) sketch.sketched(owner, value(name), isAngle(name));
   }
 }

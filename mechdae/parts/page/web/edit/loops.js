@@ -1,5 +1,5 @@
 /** Closed curves as trigonometric sums: places with derivatives, and bounds of these that hold all along. */
-import { FULL_TURN } from "../find/complex.js";
+import { FULL_TURN } from "../way.js";
 
 const FEWEST = 32, MOST = 512, TAIL = 1e-14;
 
@@ -13,7 +13,7 @@ function harmonics(values) {
   });
 }
 
-export class Loop {
+class Loop {
   /** @param {[number, number][][]} axes coefficients of x and of y @param {number} miss what is left out */
   constructor(axes, miss) {
     Object.assign(this, { axes, miss });

@@ -1,13 +1,13 @@
 /** A drawn mechanism as the page's session takes it: data and kernels, of one block of equations, with the same proofs. */
 import { applied, inverted, Place } from "./rows.js";
+import { FULL_TURN, STEP_OF_TURN, turnOf } from "../way.js";
 
-const UNIT_ROUNDING = 2 ** -53, TURN_STEP = (2 * Math.PI) / 128, STEP_LIMIT = 0.45, RATE_NAMES = {
+const UNIT_ROUNDING = 2 ** -53, STEP_LIMIT = 0.45, RATE_NAMES = {
   angle: ["angle", "angular_velocity", "angular_acceleration"], slide: ["slide", "slide_velocity", "slide_acceleration"],
   position: ["position", "velocity", "acceleration"] };
 
-const sizeOfAll = (vector) => Math.hypot(...vector);
 /** Norm of |Y| times a bound of each row. */
-const weighed = (inverse, bounds) => sizeOfAll(inverse.map((line) => { let sum = 0; for (let j = 0; j < line.length; j += 1) sum += Math.abs(line[j]) * bounds[j]; return sum; }));
+const weighed = (inverse, bounds) => Math.hypot(...inverse.map((line) => { let sum = 0; for (let j = 0; j < line.length; j += 1) sum += Math.abs(line[j]) * bounds[j]; return sum; }));
 
 /** Kernels over the rows of joints and of drivers, and data beside them. */
 export class Machine {
@@ -39,7 +39,7 @@ export class Machine {
   settled(row) {
     if (!row.wraps) return row;
     const plain = { ...row, wraps: false };
-    return { ...plain, constant: row.constant - 2 * Math.PI * Math.round(new Place(this.q).value(plain) / (2 * Math.PI)) };
+    return { ...plain, constant: row.constant - FULL_TURN * Math.round(new Place(this.q).value(plain) / FULL_TURN) };
   }
 
   residuals(place, u) {
@@ -63,7 +63,7 @@ export class Machine {
     const place = new Place(q), found = inverted(this.matrix(place));
     if (!found) return null;
     const step = applied(found.rows, this.residuals(place, u));
-    return { next: q.map((value, i) => value - step[i]), size: sizeOfAll(step), place, ...found };
+    return { next: q.map((value, i) => value - step[i]), size: Math.hypot(...step), place, ...found };
   }
 
   /** How fast the scaled Jacobian may change around a pose: what eta is multiplied by. */
@@ -126,7 +126,7 @@ export class Machine {
     const after = new Float64Array(3 * n + 1);
     [q, v, a, [change]].forEach((part, k) => after.set(part, k * n));
     const { test, radius } = ds === 0 ? { test: 0, radius: 1 } : this.tube(x, Array.from(state.subarray(n, 2 * n)), ds, u(s));
-    const gap = sizeOfAll(q.map((value, i) => value - x[i] - state[n + i] * ds));
+    const gap = Math.hypot(...q.map((value, i) => value - x[i] - state[n + i] * ds));
     return [after, [Math.max(test, (change * size) / 0.2)], [found.sign], [ds === 0 ? 0 : gap / (radius * (1 + 1e-6) + 1e-300)]];
   }
 
@@ -150,7 +150,7 @@ export class Machine {
     if (!(delta < 0.9)) return none;
     const grown = 1 / (1 - delta), eta = grown * weighed(inverse, residual), h = grown * change * eta;
     const radius = (2 * eta) / (1 + Math.sqrt(Math.max(1 - 2 * h, 0)));
-    return { test: Math.max(delta / 0.9, h / STEP_LIMIT, radius + long * sizeOfAll(v)), radius };
+    return { test: Math.max(delta / 0.9, h / STEP_LIMIT, radius + long * Math.hypot(...v)), radius };
   }
 
   /** Equations of a limit position {F = 0, J w = 0, w . w = 1} with derivatives, and J, column by column. */
@@ -232,15 +232,15 @@ export class Machine {
     const turns = single && led[0].unit === 1, size = led.map(({ unit }) => unit);
     const drivers = this.drivers.map(({ name, speed, acceleration, usual }, k) => ({ name, unit: led[k].unit === 1 ? "rad" : "m", size: size[k], speed, acceleration, usual, turns: led[k].unit === 1 }));
     const columnsOf = (unit) => this.entries.filter((own) => own.unit === unit).flatMap(({ columns }) => columns);
-    const begin = turns ? 2 * Math.PI * Math.floor(u[0] / (2 * Math.PI) + 1e-9) : u[0];
+    const begin = turns ? turnOf(u[0]) : u[0];
     const data = {
       kernels: layout, entries: this.entries, sliders: [], shape: {}, modes: [], checks: [], forces: null, live: true, scene,
       bounded: { lengths: columnsOf("m"), angles: columnsOf("rad"), matrices: [] },
       driver: { name: drivers[0].name, unit: drivers[0].unit }, drivers: single ? null : drivers,
-      way: { kind: single ? "one" : "alone", u: single ? [0] : u, driver: 0, largest: TURN_STEP * size[0], name: drivers[0].name, unit: drivers[0].unit },
-      range: turns ? [begin, begin + 2 * Math.PI] : [u[0], u[0]], whole: true, poses: 361, limits: [null, null], pace: 1,
+      way: { kind: single ? "one" : "alone", u: single ? [0] : u, driver: 0, largest: STEP_OF_TURN * size[0], name: drivers[0].name, unit: drivers[0].unit },
+      range: turns ? [begin, begin + FULL_TURN] : [u[0], u[0]], whole: true, poses: 361, limits: [null, null], pace: 1,
       speed: drivers[0].speed, acceleration: drivers[0].acceleration,
-      start: { x: Array.from(this.q), s: u[0], size_x: Array.from({ length: n }, () => 1e9), size_u: led.map(() => 1e9), scale: rows.size, largest: TURN_STEP * size[0],
+      start: { x: Array.from(this.q), s: u[0], size_x: Array.from({ length: n }, () => 1e9), size_u: led.map(() => 1e9), scale: rows.size, largest: STEP_OF_TURN * size[0],
         most: 2000, far: Array.from({ length: n }, () => null), turns, floors: 0, boxes: null, weights: Array.from({ length: n }, () => 1),
         blocks: [{ own: Array.from({ length: n }, (_, k) => k), chain: Array.from({ length: n }, (_, k) => k), group: "", joint: "" }], nx: n, nb: 1, nu: led.length },
     };

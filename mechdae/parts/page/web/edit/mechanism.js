@@ -1,6 +1,6 @@
 /** The mechanism that a problem file describes, as far as the editor draws it: plain numbers in SI. */
 import { calculated } from "../arithmetic.js";
-import { FULL_TURN } from "../find/complex.js";
+import { FULL_TURN } from "../way.js";
 import { loopOf } from "./loops.js";
 import { FileNumbers } from "./numbers.js";
 import { Refused } from "../read_toml.js";
@@ -13,6 +13,11 @@ const ALONG = 180;
 const LOADS = ["force", "torque", "resistance", "spring"];
 export const bodyOf = (reference) => reference.split(".")[0];
 export const pointOf = (reference) => reference.split(".")[1];
+/** The joint or body of a coordinate that one value places. */
+export const ownerOf = (coordinate) => coordinate.replace(/\.(angle|slide)$/, "");
+export const isAngle = (coordinate) => !/\.(slide|x|y)$/.test(coordinate);
+/** Where the drivers of a task stand. */
+export const driverPaths = (task, { driver, drivers = [] }) => (driver ? [["tasks", task, "driver"]] : drivers.map((_, k) => ["tasks", task, "drivers", k]));
 const entriesOf = (table) => (table && typeof table === "object" && !Array.isArray(table) ? Object.entries(table) : []);
 
 export class Mechanism {
@@ -32,7 +37,7 @@ export class Mechanism {
     this.byName = new Map(this.bodies.map((body) => [body.name, body]));
     this.joints = entriesOf(data.joints).map(([name, own]) => this.joint(name, own));
     for (const { name, drawn } of this.joints) if (!drawn) this.rest.push(`joints.${name}`);
-    this.sketch = new Map([...this.numbers.table(["sketch"])].map(([name, place]) => [name.replace(/\.(angle|slide)$/, ""), this.numbers.at(`sketch.${name}`, place)]));
+    this.sketch = new Map([...this.numbers.table(["sketch"])].map(([name, place]) => [ownerOf(name), this.numbers.at(`sketch.${name}`, place)]));
     this.loads = entriesOf(data.loads).map(([name, own]) => this.load(name, own));
     for (const { name, drawn } of this.loads) if (!drawn) this.rest.push(`loads.${name}`);
     this.gravity = Array.isArray(data.gravity) ? [0, 1].map((k) => this.numbers.at("gravity", { path: ["gravity", k], suffix: "" })) : [0, 0];
@@ -120,10 +125,10 @@ export class Mechanism {
     const led = tasks.filter(([, own]) => own.driver || own.drivers), names = ([, own]) => (own.drivers || [own.driver]).map(({ coordinate }) => coordinate).join();
     const drawn = led.find(([name]) => name === "window"), named = drawn && names(drawn) !== names(led[0]) ? drawn : led[0];
     if (!named) return [];
-    const [task, own] = named, paths = own.driver ? [["tasks", task, "driver"]] : own.drivers.map((_, k) => ["tasks", task, "drivers", k]);
+    const [task, own] = named;
     const forced = loaded.find(([, other]) => other.driver && own.driver && other.driver.coordinate === own.driver.coordinate);
-    return paths.map((path) => {
-      const table = this.numbers.table(path), name = String(this.toml.get([...path, "coordinate"])), owner = name.replace(/\.(angle|slide)$/, "");
+    return driverPaths(task, own).map((path) => {
+      const table = this.numbers.table(path), name = String(this.toml.get([...path, "coordinate"])), owner = ownerOf(name);
       const number = (key, without) => (table.has(key) ? this.numbers.at(`driver ${key}`, table.get(key)) : without);
       const list = table.get("at"), at = list && Array.isArray(this.toml.get(list.path)) && this.toml.get(list.path).length ? { path: [...list.path, 0], suffix: list.suffix } : null;
       const time = this.toml.get([...path, "law"]) !== undefined; // a law over time: its value where it begins

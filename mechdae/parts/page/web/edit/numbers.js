@@ -35,20 +35,18 @@ export class FileNumbers {
     try { return this.read(known.path, known.suffix); } finally { this.open.delete(name); }
   }
 
-  /** What one of a unit is in SI. */
-  unit(suffix) {
-    if (!suffix) return 1;
+  /** What one or more of a unit are in SI. */
+  unit(suffix, number = 1) {
+    if (!suffix) return number;
     const [above, below, pi] = this.units[suffix];
-    return pi ? (Math.PI * above) / below : above / below;
+    return pi ? (number * Math.PI * above) / below : (number * above) / below;
   }
 
   /** The number at a place, in SI; names are those of parameters unless `valueOf` knows more. */
   read(path, suffix, valueOf = (name) => this.named(name)) {
     const value = this.toml.get(path), number = typeof value === "string" ? calculated(value, valueOf) : value;
     if (typeof number !== "number") throw new Refused("no_number", 0, String(value).slice(0, 60));
-    if (!suffix) return number;
-    const [above, below, pi] = this.units[suffix];
-    return pi ? (number * Math.PI * above) / below : (number * above) / below;
+    return this.unit(suffix, number);
   }
 
   /** The number at a place of the file, which an error names. */

@@ -1,6 +1,6 @@
 /** Fields of what is selected: names, lengths, angles, masses; without a selection parameters, drivers and loads. */
-import { bodyOf } from "./mechanism.js";
-import { find, made, numberIn } from "../made.js";
+import { bodyOf, driverPaths, isAngle } from "./mechanism.js";
+import { find, made, numberIn, typed } from "../made.js";
 import { Refused } from "../read_toml.js";
 import { sentence, words } from "../words.js";
 import { digits, displayed } from "../units.js";
@@ -26,10 +26,7 @@ export class Properties {
   /** A field for a number, shown in its unit. */
   number(label, value, unit, act, more = null) {
     const [factor, name] = displayed(unit);
-    this.row(label, this.field(`${label}${name ? ` [${name}]` : ""}`, digits(value * factor, 7), (text) => {
-      const own = numberIn(text);
-      if (Number.isFinite(own)) act(own / factor); else this.editor.refuse("no_number", text);
-    }, { inputmode: "decimal" }), name, more);
+    this.row(label, this.field(`${label}${name ? ` [${name}]` : ""}`, digits(value * factor, 7), (text) => typed(text, (own) => act(own / factor), (about) => this.editor.say(about)), { inputmode: "decimal" }), name, more);
   }
 
   /** A number of the file, at its place or at a new key. */
@@ -121,7 +118,7 @@ export class Properties {
     for (const [name, place] of table) this.raw(name, place);
     for (const driver of mechanism.drivers) {
       this.heading(sentence("driver_named", driver.name));
-      if (driver.path) this.number(words("speed_of"), driver.speed, /\.(slide|x|y)$/.test(driver.name) ? "m/s" : "rad/s", (value) => editor.edit(() => this.sped(driver, value)));
+      if (driver.path) this.number(words("speed_of"), driver.speed, isAngle(driver.name) ? "rad/s" : "m/s", (value) => editor.edit(() => this.sped(driver, value)));
     }
     for (const joint of mechanism.joints) if (joint.drawn && (["distance", "rack", "curve"].includes(joint.kind) || joint.ratio)) {
       this.joint(joint);
@@ -134,12 +131,7 @@ export class Properties {
   sped({ name }, value) {
     const { sketch } = this.editor, { numbers, toml } = sketch;
     for (const [task, own] of Object.entries(toml.data.tasks || {})) {
-      if (own.kind === "modes") continue;
-      const paths = own.driver ? [["tasks", task, "driver"]] : (own.drivers || []).map((_, k) => ["tasks", task, "drivers", k]);
-      for (const path of paths) {
-        if (toml.get([...path, "coordinate"]) !== name) continue;
-        numbers.write(sketch.keyed(path, "speed", ""), value);
-      }
+      for (const path of own.kind === "modes" ? [] : driverPaths(task, own)) if (toml.get([...path, "coordinate"]) === name) numbers.write(sketch.keyed(path, "speed", ""), value);
     }
   }
 }

@@ -5,7 +5,7 @@
  * along: e . (P2 - P1) + sum c_k angle_k + constant - a curve's place, e turning with a body; distance: (d . d / l - l) / 2 with d = P2 - P1.
  */
 
-import { FULL_TURN } from "../find/complex.js";
+import { FULL_TURN } from "../way.js";
 
 const NEAREST = 128;
 /** A point that is fixed in a body (-1: the ground). */

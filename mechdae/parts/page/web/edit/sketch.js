@@ -2,7 +2,7 @@
 import { drawnPose, mobility } from "./closing.js";
 import { drive } from "./driven.js";
 import { Place } from "./rows.js";
-import { bodyOf, Mechanism, pointOf } from "./mechanism.js";
+import { bodyOf, Mechanism, ownerOf, pointOf } from "./mechanism.js";
 import { numeral } from "./numbers.js";
 import { Refused } from "../read_toml.js";
 import { TomlText } from "./toml_text.js";
@@ -41,6 +41,9 @@ export class Sketch {
   isBlock(body) { return this.mechanism.pointsOf(body).size === 1 && this.mechanism.joints.some(({ kind, second }) => kind === "prismatic" && bodyOf(second) === body); }
 
   get links() { return this.mechanism.bodies.filter(({ points }) => points.size > 1); }
+
+  /** How many links have no length. */
+  get flat() { return this.links.filter(({ name }) => !(this.lengths(name)[0].value > 0)).length; }
 
   /** Origin and angle of a body, in SI. */
   frame(body) {
@@ -81,7 +84,7 @@ export class Sketch {
    * `frames`: places of bodies that the change gives, by name. `strict`: what does not close any more is refused.
    */
   change(act, { strict = false, during = false } = {}) {
-    const { text, toml, mechanism, pose } = this, was = { text, shut: pose.shut };
+    const { text, toml, mechanism, pose } = this, was = { text, shut: pose.shut, flat: strict && this.flat };
     const near = new Map(mechanism.bodies.map(({ name }) => [name, this.frame(name)]));
     this.toml = toml;
     try {
@@ -90,7 +93,7 @@ export class Sketch {
       for (const [name, own] of frames) near.set(name, own);
       this.load(this.toml.text, near);
       if (strict && was.shut && !this.pose.shut) throw new Refused("does_not_close", 0, this.pose.open);
-      if (strict && this.links.some(({ name }) => !(this.lengths(name)[0].value > 0))) throw new Refused("zero_length");
+      if (strict && this.flat > was.flat) throw new Refused("zero_length");
       if (this.pose.shut) this.note();
     } catch (error) {
       this.load(was.text, near);
@@ -128,7 +131,7 @@ export class Sketch {
     }
     for (const { name, kind, drawn } of mechanism.joints) if (drawn && ["prismatic", "pin-in-slot"].includes(kind) && (sketch.has(name) || driven.has(name))) wanted.push([name, this.value(`${name}.slide`), false]);
     for (const [name, value, angle] of wanted) {
-      const known = [...sketch].find(([key]) => key.replace(/\.(angle|slide)$/, "") === name), near = angle ? 0.05 * DEGREE : this.step;
+      const known = [...sketch].find(([key]) => ownerOf(key) === name), near = angle ? 0.05 * DEGREE : this.step;
       if (known && Math.abs(mechanism.sketch.get(name) - value) < near) continue;
       if (known) toml.set(known[1].path, numeral(Number((value / numbers.unit(known[1].suffix)).toPrecision(6))));
       else this.sketched(name, value, angle);
@@ -152,8 +155,7 @@ export class Sketch {
 
   get names() { return new Set([...this.mechanism.bodies, ...this.mechanism.joints].map(({ name }) => name)); }
 
-  free(word, from = 1) {
-    const { names } = this;
+  free(word, from = 1, names = this.names) {
     let k = from;
     while (names.has(`${word}${k}`)) k += 1;
     return `${word}${k}`;
@@ -392,9 +394,7 @@ export class Sketch {
   }
 
   loaded(word, text) {
-    let k = 1;
-    while ((this.toml.data.loads || {})[`${word}${k}`]) k += 1;
-    this.toml.set(["loads", `${word}${k}`], text);
+    this.toml.set(["loads", this.free(word, 1, new Set(Object.keys(this.toml.data.loads || {})))], text);
     drive(this, this.mechanism.drivers.map(({ name }) => name));
   }
 
@@ -489,13 +489,13 @@ export class Sketch {
     points.forEach(([to, [x, y]], j) => {
       for (let i = 0; i < Math.min(j, 2); i += 1) {
         const [from, [u, v]] = points[i], value = Math.hypot(x - u, y - v);
-        found.push({ body, name: `${from}${to}`, from: `${body}.${from}`, to: `${body}.${to}`, value, locked: this.lockOf(body, to).includes(`${from}${to}`) });
+        found.push({ body, name: `${from}${to}`, from: `${body}.${from}`, to: `${body}.${to}`, value, locked: this.lockOf(body).includes(`${from}${to}`) });
       }
     });
     return found;
   }
 
-  /** Lengths of a point that are locked, as the comment of its link's line says. */
+  /** Lengths of a link that are locked, as the comment of its line says. */
   lockOf(body) {
     const place = this.numbers.table(["bodies", body]).get("points"), said = place && this.toml.span(place.path) ? this.toml.comment(place.path) : "";
     const found = said.match(/(?:^|; )locked: ([\w, ]+)/);

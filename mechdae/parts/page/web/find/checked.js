@@ -2,7 +2,8 @@
 import { textOf, UNITS } from "../edit/given.js";
 import { Sketch } from "../edit/sketch.js";
 import { trialOf } from "../edit/trial.js";
-import { angleOf, minus, norm, FULL_TURN } from "./complex.js";
+import { angleOf, minus, norm } from "./complex.js";
+import { FULL_TURN } from "../way.js";
 import { displacementsOf, moved } from "./dyads.js";
 import { beginnings, ofCurve } from "./drawn.js";
 import { beyond, extent, hausdorff } from "./targets.js";

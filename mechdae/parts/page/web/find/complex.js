@@ -1,11 +1,11 @@
 /** Complex numbers as pairs, and roots of real polynomials. */
+import { FULL_TURN } from "../way.js";
 
 export const added = (a, b) => [a[0] + b[0], a[1] + b[1]];
 export const minus = (a, b) => [a[0] - b[0], a[1] - b[1]];
 export const multiplied = (a, b) => [a[0] * b[0] - a[1] * b[1], a[0] * b[1] + a[1] * b[0]];
 export const conj = (a) => [a[0], -a[1]];
 export const scaled = (k, a) => [k * a[0], k * a[1]];
-export const FULL_TURN = 2 * Math.PI;
 export const direction = (angle) => [Math.cos(angle), Math.sin(angle)];
 export const norm = (a) => Math.hypot(a[0], a[1]);
 export const angleOf = (a) => Math.atan2(a[1], a[0]);
@@ -32,7 +32,7 @@ export function roots(given) {
   if (n < 1) return [];
   const lead = Math.abs(coefficients[n]);
   const radius = Math.max(...coefficients.slice(0, n).map((c, k) => (Math.abs(c) / lead) ** (1 / (n - k)))) || 1;
-  const all = Array.from({ length: n }, (_, k) => scaled(radius, direction((2 * Math.PI * k) / n + 0.4)));
+  const all = Array.from({ length: n }, (_, k) => scaled(radius, direction((FULL_TURN * k) / n + 0.4)));
   for (let round = 0; round < 200; round += 1) {
     let moved = 0;
     for (let i = 0; i < n; i += 1) {

@@ -1,6 +1,6 @@
 /** Families of mechanisms that trace curves: the point of a body is o + p u + q v, where u is the path of a pin of that body, v its direction, and o, p, q
  * are complex numbers: place, size and turn of the mechanism, and the point. The numbers x of the linkage shape u and v; the driver runs once around in [0, 2 pi). */
-import { FULL_TURN } from "./complex.js";
+import { FULL_TURN } from "../way.js";
 import { arcWhere } from "./linkages.js";
 
 /** The direction of a bar from a to the end of a second one on d: bar, rocker their lengths; false where they do not meet. `at`: where it is written. */

@@ -1,5 +1,6 @@
 /** Four-bars and slider-cranks of two dyads: class, circuit, branch and order of poses, transmission angle. */
-import { across, angleOf, inner, minus, norm, FULL_TURN } from "./complex.js";
+import { across, angleOf, inner, minus, norm } from "./complex.js";
+import { FULL_TURN } from "../way.js";
 import { moved } from "./dyads.js";
 
 const wrapped = (angle) => angle - FULL_TURN * Math.round(angle / FULL_TURN);
