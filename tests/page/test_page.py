@@ -259,26 +259,29 @@ console.log(JSON.stringify([worst, moved, unnamed]));
 
 @needs_node
 def test_undo_gives_the_same_numbers_back(tmp_path):
-    before, after, again = in_page(
-        md.page("four-bar-crank-rocker"),
+    """With their bounds: a small wheel turns further than those of the file hold for."""
+    before, after, again, chosen = in_page(
+        md.page("rack-and-pinion"),
         """
 const shown = () => {
-  const { theta, s, mode, pose } = session;
-  return JSON.stringify([theta, s, mode, pose.x && [...pose.x]]);
+  const { theta, s, mode, pose, motion } = session;
+  return JSON.stringify([theta, s, mode, pose.x && [...pose.x], motion.bound(pose)]);
 };
-const first = shown();
-session.remember(); session.dimension(session.theta.map((v, i) => (i === 1 ? 1.1 * v : v)));
+const first = shown(), wheel = data.sliders.findIndex(({ name }) => name === "R");
+session.remember(); session.dimension(session.theta.map((v, i) => (i === wheel ? 0.05 * v : v)));
 const second = shown();
-session.remember(); session.choose(data.modes.find((m) => !m.own).label);
+session.remember();
+const chosen = session.choose(data.modes.find((m) => !m.own).label);
 session.undo(); session.undo();
 const third = shown();
 session.undo(false);
-console.log(JSON.stringify([first, third, second === shown()]));
+console.log(JSON.stringify([first, third, second === shown(), chosen]));
 """,
         tmp_path,
     )
     assert before == after
     assert again is True
+    assert chosen is True
 
 
 @needs_node

@@ -274,16 +274,17 @@ export class Session {
   }
 
   /** What can be restored. */
-  now() { return { theta: [...this.theta], s: this.s, mode: this.mode, anchor: this.motion.anchor, way: this.motion.way }; }
+  now() {
+    const { anchor, way, sizeX, sizeU } = this.motion;
+    return { theta: [...this.theta], s: this.s, mode: this.mode, motion: { anchor, way, sizeX: sizeX.slice(), sizeU: sizeU.slice() } };
+  }
 
-  restore(entry) {
-    this.motion.way = entry.way;
-    this.theta = [...entry.theta];
-    this.motion.anchor = entry.anchor;
-    this.motion.setNumbers(this.theta);
-    this.mode = entry.mode;
+  restore({ theta, s, mode, motion }) {
+    Object.assign(this.motion, motion);
+    Object.assign(this, { theta, mode });
+    this.motion.setNumbers(theta);
     this.follow();
-    this.s = entry.s;
+    this.s = s;
     this.sample();
   }
 
