@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import mechdae as md
+from mechdae.describe.units import UNITS
 from mechdae.parts.page.editor import editor
 from mechdae.parts.page.link import WEB
 from tests.shared.browser import CHROMIUM, until
@@ -302,3 +303,31 @@ def test_tables_and_expressions_are_those_that_python_reads(tmp_path):
     assert found[0] == [tomllib.loads(text) for text in texts]
     assert found[1] == pytest.approx(list(sums.values()), rel=1e-14)
     assert found[2] == ["no_number"] * len(wrong)
+
+
+@needs_node
+def test_a_length_that_cannot_close_is_refused_without_trying_the_same_again(tmp_path):
+    path = PROBLEMS / "toggle-press.toml"
+    units = {u.suffix: [u.size.numerator, u.size.denominator, u.pi] for u in UNITS.values()}
+    refused, changed, tries = run_script(
+        f"import {{ Sketch }} from {json.dumps((WEB / 'edit/sketch.js').as_uri())};\n"
+        f"import {{ Rows }} from {json.dumps((WEB / 'edit/rows.js').as_uri())};\n"
+        f"const text = {json.dumps(path.read_text(encoding='utf-8'))};\n"
+        f"const sketch = new Sketch(text, {json.dumps(units)}), {{ followed }} = Rows.prototype;\n"
+        "let tries = 0, refused = '';\n"
+        "Rows.prototype.followed = function (q) { tries += 1; return followed.call(this, q); };\n"
+        "const [side] = sketch.lengths(sketch.links[0].name);\n"
+        "const long = () => sketch.resize(side, 9);\n"
+        "try { sketch.change(long, { strict: true }); } catch (error) { refused = error.word; }\n"
+        "const [from, to] = [/(points *= *\\{ )/g, '$1Z = [0, 0], '];\n"
+        f"const twice = new Sketch(text.replace(from, to), {json.dumps(units)});\n"
+        "const other = twice.lengths(twice.links[1].name).find(({ value }) => value > 0);\n"
+        "twice.change(() => twice.resize(other, 1.01 * other.value), { strict: true });\n"
+        "const changed = [sketch.text === text, twice.text.includes('Z = [0, 0]'), twice.flat];\n"
+        "console.log(JSON.stringify([refused, changed, tries]));",
+        tmp_path,
+    )  # fmt: skip
+    assert refused == "does_not_close"
+    assert changed[:2] == [True, True]
+    assert changed[2] > 0  # points of a file that coincide forbid no change of another length
+    assert tries <= 8

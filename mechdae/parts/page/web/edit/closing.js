@@ -38,13 +38,12 @@ export function drawnPose(mechanism, near = null) {
   const angles = new Map(sketch);
   known.forEach(({ owner }, k) => { if (led[k].unit === 1) angles.set(owner, wanted[k]); });
   let best = null;
-  for (let k = 0; k < (near ? 1 : ATTEMPTS); k += 1) {
-    const guess = rows.followed(near || walked(mechanism, rows, angles, k));
+  for (let k = 0, guess = [], before; k < ATTEMPTS && !(best && best.shut && !best.moved); k += 1) {
+    [before, guess] = [guess, rows.followed(near || walked(mechanism, rows, angles, k))];
+    if (k && guess.every((value, j) => Object.is(value, before[j]))) break; // nothing is unknown that attempts differ by
     let found = joined(all, guess, shift);
     if (!found.shut && known.length) { const free = joined(rows.joints, found.q); if (free.shut) found = { ...free, moved: true }; }
     if (!best || found.worst < best.worst) best = found;
-    if (best.shut && !best.moved) break;
-    if (mechanism.bodies.every(({ name }) => sketch.has(name))) break;
   }
   return { rows, led: known.length ? led : null, ...best, open: best.shut ? "" : (all[best.row] || {}).name ?? "" };
 }
