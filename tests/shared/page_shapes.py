@@ -169,7 +169,8 @@ def compare_names(opened, pages, name):
     page = opened(name)
     result = pages.solved[name][1]
     ax = md.plot(result, "diagram")
-    labels = [label for label in gids(ax) if label.startswith("label-") and "load" not in label]
+    kinds = ("label-", "detail-label-")  # of pins in an enlarged detail there
+    labels = [label for label in gids(ax) if label.startswith(kinds) and "load" not in label]
     wanted = sorted(with_gid(ax, gid)[-1].get_text() for gid in dict.fromkeys(labels))
     shapes = page.evaluate(SHAPES)
     texts = {}
