@@ -39,6 +39,12 @@ def test_random_mechanisms(first):
     assert drawn >= 4
 
 
+@pytest.mark.parametrize("seed", [225, 257])
+def test_labels_that_others_push_onto_lines_go_farther_too(seed):
+    """Labels that were placed well at first, and are not once others have gone farther off."""
+    assert random_one(seed)["names"] == []
+
+
 def test_figures_on_record():
     figures = json.loads(FIGURES.read_text(encoding="utf-8"))
     assert figures["random"]["diagrams"] == 500

@@ -34,6 +34,8 @@ BESIDE: Array = np.array(
 """Places beside a line: share of its length, distance, side."""
 MANY = 110
 """So many places of each label are looked at first."""
+WIDENED = 3
+"""So often labels get places farther off."""
 RINGS = (0.0, 12.0, 26.0, 42.0, 60.0, 80.0, 105.0, 135.0)
 """How much farther than the farthest place of its own."""
 
@@ -68,7 +70,7 @@ def place(labels: Sequence[Label], segments: ArrayLike, boxes: ArrayLike, size: 
     """Return the chosen middle of each label, (number of labels, 2).
 
     Labels that would cover something all the same get places farther off, and all are
-    placed once more.
+    placed once more; then those that were pushed into such a place.
 
     Parameters
     ----------
@@ -83,17 +85,18 @@ def place(labels: Sequence[Label], segments: ArrayLike, boxes: ArrayLike, size: 
         return np.zeros((0, 2))
     obstacles = Obstacles(segments, boxes, size)
     candidates = [_candidates(label, obstacles) for label in labels]
-    arrangement = Arrangement(candidates)
-    arrangement.choose()
-    spots, burden = arrangement.spots(), arrangement.burden()
-    poor = np.flatnonzero(burden > POOR).tolist()
-    if not poor:
-        return spots
-    for k in poor:
-        candidates[k] = _candidates(wider(labels[k]), obstacles, None)
-    second = Arrangement(candidates)
-    second.choose()
-    return second.spots() if second.burden().sum() < burden.sum() else spots
+    best = latest = Arrangement(candidates)
+    widened: set[int] = set()
+    for _ in range(WIDENED):
+        poor = set(np.flatnonzero(latest.burden() > POOR).tolist()) - widened
+        if not poor:
+            break
+        widened |= poor
+        for k in poor:
+            candidates[k] = _candidates(wider(labels[k]), obstacles, None)
+        latest = Arrangement(candidates)
+        best = min(best, latest, key=lambda arrangement: float(arrangement.burden().sum()))
+    return best.spots()
 
 
 def cheapest(places: Array, half: ArrayLike, obstacles: Obstacles) -> int:
@@ -305,8 +308,9 @@ class Arrangement:
             range(len(labels)), key=lambda i: (labels[i].rank, -least[i])
         )
         self.table, self.boxes = np.zeros((8, len(labels))), np.full((4, len(labels)), np.nan)
+        self._choose()
 
-    def choose(self) -> None:
+    def _choose(self) -> None:
         """Let all labels choose until nothing changes, and push others aside where that pays."""
         for _ in range(ROUNDS):
             before = list(self.picks)
