@@ -243,6 +243,29 @@ BROKEN = {
 
 
 @in_browser
+@pytest.mark.parametrize(
+    ("shape", "live"),
+    [
+        ("1 + 0.02*cos(3*s)", True),
+        ("1 + 0.3*exp(-20000*(1 - cos(s - 1.67)))", False),
+        ("1 + 0.02*cos(200*s)", False),
+    ],
+    ids=["smooth", "a narrow bump", "a fine ripple"],
+)
+def test_a_cam_is_solved_only_as_the_curve_that_it_is(opened, shape, live):
+    """A bump between the places at which a curve is read, and a ripple that looks like another."""
+    page = opened("en")
+    text = (PROBLEMS / "cam-roller-follower.toml").read_text(encoding="utf-8")
+    for axis in ("cos(s)", "sin(s)"):
+        text = text.replace(f'/8)*{axis}"', f'/8)*({shape})*{axis}"')
+    assert shape in text
+    drop(page, text, "cam.toml")
+    assert page.evaluate("mechdae.toml()") == text
+    assert page.evaluate("mechdae.live") is live
+    assert ("only mechdae itself solves" in page.locator("#status").inner_text()) is not live
+
+
+@in_browser
 def test_a_broken_file_is_named_and_the_drawing_stays(opened):
     page = opened("four-bar-double-rocker")
     page.evaluate("mechdae.set(mechdae.values()[5])")

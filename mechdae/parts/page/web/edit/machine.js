@@ -69,7 +69,7 @@ export class Machine {
   /** How fast the scaled Jacobian may change around a pose: what eta is multiplied by. */
   change(place, inverse) { return weighed(inverse, this.all.map((row) => place.lipschitz(row))); }
 
-  noise(place) { return this.all.map((row) => 8 * UNIT_ROUNDING * (1 + Math.abs(row.constant) + (row.one ? place.reach(row) : 8)) + (row.follows ? (row.follows.loop.miss + 64 * UNIT_ROUNDING * row.follows.loop.most[row.follows.axis]) / row.follows.size : 0)); }
+  noise(place) { return this.all.map((row) => 8 * UNIT_ROUNDING * (1 + Math.abs(row.constant) + (row.one ? place.reach(row) : 8)) + (row.follows ? (row.follows.loop.miss(place.q[row.follows.at]) + 64 * UNIT_ROUNDING * row.follows.loop.most[row.follows.axis]) / row.follows.size : 0)); }
 
   values(place, v, a) {
     const line = new Float64Array(this.n);
